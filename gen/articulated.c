@@ -7,8 +7,8 @@
  *
  *      moment = J w + H a + n        force = H' w + B a + f
  *
- * Its own parts are K in J, the cross product of b in H, and no mass: that is part of the parent's
- * K and b (recombine.c), which leaves M, and so all that follows, as it is. From the leaves to the
+ * Its own parts are K in J and the cross product of b in H. Its mass is part of the parent's K
+ * and b (recombine.c), which leaves M, and so all that follows, as it is. From the leaves to the
  * root, with axis e, arm d and u_n = J e, u_f = H' e, D = e.J e, t = r_i - e.n:
  *
  *      the joint gives way     J -= u_n u_n' / D    H -= u_n u_f' / D    B -= u_f u_f' / D

@@ -20,7 +20,7 @@
 
 #include "gen_internal.h"
 
-/** What a sweep goes by: one q or qd, or all numbers of a direction. */
+/** The variable of a sweep: one q or qd, or all numbers of a direction. */
 typedef struct known {
     ex_var_kind kind; /* EX_Q, EX_QD; EX_DP along a direction of parameters, EX_DQ of all else */
     int index;

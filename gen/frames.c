@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: MIT
  * frames.c - symbolic vectors and the turning of them from frame to frame.
  *
- * Consecutive revolute joints about parallel axes form a group: all its bodies differ by one turn
- * about one axis, so a vector goes from any of them to any other, or to the body the group stands
- * on, by the sine and cosine of one sum of joint angles. A prismatic joint does not turn anything.
+ * Consecutive revolute joints about parallel axes form a group. Its bodies differ by one turn
+ * about one axis. So a vector is turned from any of them to any other, or to the body that
+ * carries the group, by the sine and cosine of one sum of joint angles.
+ * A prismatic joint does not turn anything.
  *
  * Turning up by the angle t about axis a, with b, c the axes that follow a cyclically:
  *      v'_a = v_a     v'_b = cos t v_b - sin t v_c     v'_c = sin t v_b + cos t v_c

@@ -115,7 +115,7 @@ typedef struct emission {
     target_name *target;
     int seldom; /* a step does not need it: a compiler need not improve more lines than that; 0: it
                  * does */
-    int (*stays)(const tree *t, int i); /* nobody else writes to output i; NULL: somebody may */
+    int (*stays)(const tree *t, int i); /* output i has one writer; NULL: it may have more */
 } emission;
 
 void emit_setup(text *x, const tree *t, const layout *l, stein_ops *ops);
@@ -125,7 +125,7 @@ void emit_func(text *x, const tree *t, const layout *l, const func *f, const emi
 
 /* solve.c: M x = b as a function of its own, for trees that are not too large */
 int emit_solves(const tree *t);
-/** What M x = b costs, whoever solves it. */
+/** What M x = b costs, with any solver. */
 stein_ops solve_ops(const tree *t);
 void emit_solve(text *x, const tree *t);
 

@@ -131,7 +131,7 @@ static int write_device(const char *path, const gen_result *r)
     return bad ? complain(path) : 0;
 }
 
-/** Write beside the target and rename: nobody ever sees half a file. */
+/** Write beside the target and rename, so that no reader finds half a file. */
 static int write_file(const char *path, const gen_result *r)
 {
     if (is_device(path)) {

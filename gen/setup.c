@@ -40,33 +40,55 @@ static int put(layout *l, ex node, const char *format, ...)
     return l->n++;
 }
 
-/** A block of numbers: `words` names its entries, separated by blanks. @return its base */
-static int put_block(layout *l, const tree *t, const mech_scalar *v, int n, const char *owner,
-                     const char *what, const char *words)
+/* Names of the entries of a block, in the order of its enum in stein/model.h. */
+static const char *const normal_names[] = {"a", "b",  "c",   "D",        "p",
+                                           "h", "F0", "gap", "adhesion", "range"};
+static const char *const friction_names[] = {"A", "vt", "B1", "B2"};
+static const char *const joint_names[] = {"k",          "q0",           "k3", "b",  "asymmetry",
+                                          "drag",       "preload",      "T",  "w",  "dry_asymmetry",
+                                          "backlash_k", "backlash_gap", "A",  "vt", "B1",
+                                          "B2"};
+static const char *const link_names[] = {"k",   "length", "damping",  "slack",
+                                         "off", "off_z",  "off_range"};
+static const char *const limit_names[] = {"from", "to", "k", "D"};
+static const char *const signal_names[] = {"gain", "delay"};
+static const char *const direction_names[] = {"x", "y", "z"};
+static const char *const sensor_names[] = {"gain", "offset", "square", "tilt", "delay"};
+enum { DIRECTION_SIZE = 3 };
+#define HAS_NAMES(names, size) \
+    _Static_assert(sizeof(names) / sizeof *(names) == (size), "every entry of a block has a name")
+static const char *const made_names[] = {"at_x", "at_y", "at_z", "mass", "x",  "y", "z",
+                                         "xx",   "yy",   "zz",   "xy",   "xz", "yz"};
+static const char *const ratio_names[] = {"ratio"};
+HAS_NAMES(normal_names, STEIN_NORMAL_SIZE);
+HAS_NAMES(friction_names, STEIN_FRICTION_SIZE);
+HAS_NAMES(made_names, STEIN_MADE_SIZE);
+HAS_NAMES(joint_names, STEIN_JOINT_SIZE);
+HAS_NAMES(link_names, STEIN_LINK_SIZE);
+HAS_NAMES(limit_names, STEIN_LIMIT_SIZE);
+HAS_NAMES(signal_names, STEIN_SIGNAL_SIZE);
+HAS_NAMES(direction_names, DIRECTION_SIZE);
+HAS_NAMES(sensor_names, STEIN_SENSOR_SIZE);
+
+/** A block of n numbers with their names. @return its base */
+static int put_block(layout *l, const tree *t, const mech_scalar *v, const char *const *names,
+                     int n, const char *owner, const char *what)
 {
-    int base = 0;
-    for (int i = 0; i < n; i++) {
-        size_t length = strcspn(words, " ");
-        ex node = tree_scalar(t, v[i]);
-        if (i == 0) {
-            base = put(l, node, "%s: %s %.*s", owner, what, (int)length, words);
-        } else {
-            put(l, node, "  %.*s", (int)length, words);
-        }
-        words += length + (words[length] == ' ');
+    int base = put(l, tree_scalar(t, v[0]), "%s: %s %s", owner, what, names[0]);
+    for (int i = 1; i < n; i++) {
+        put(l, tree_scalar(t, v[i]), "  %s", names[i]);
     }
     return base;
 }
 
 static int put_normal(layout *l, const tree *t, const mech_normal *k, const char *owner)
 {
-    return put_block(l, t, k->v, STEIN_NORMAL_SIZE, owner, "normal law",
-                     "a b c D p h F0 gap adhesion range");
+    return put_block(l, t, k->v, normal_names, STEIN_NORMAL_SIZE, owner, "normal law");
 }
 
 static int put_friction(layout *l, const tree *t, const mech_friction *k, const char *owner)
 {
-    return put_block(l, t, k->v, STEIN_FRICTION_SIZE, owner, "friction", "A vt B1 B2");
+    return put_block(l, t, k->v, friction_names, STEIN_FRICTION_SIZE, owner, "friction");
 }
 
 static void put_joints(layout *l, const tree *t)
@@ -79,10 +101,8 @@ static void put_joints(layout *l, const tree *t)
     }
     l->clock = put(l, tree_scalar(t, m->clock_error), "clock error");
     for (int i = 0; i < m->nbody; i++) {
-        l->joint[i] = put_block(l, t, m->bodies[i].joint, STEIN_JOINT_SIZE,
-                                text_safe(m->bodies[i].name), "joint",
-                                "k q0 k3 b asymmetry drag preload T w dry_asymmetry backlash_k "
-                                "backlash_gap A vt B1 B2");
+        l->joint[i] = put_block(l, t, m->bodies[i].joint, joint_names, STEIN_JOINT_SIZE,
+                                text_safe(m->bodies[i].name), "joint");
     }
 }
 
@@ -248,8 +268,8 @@ static void put_rest(layout *l, const tree *t)
     const mechanism *m = t->m;
     for (int i = 0; i < m->nlink; i++) {
         const mech_link *k = &m->links[i];
-        l->link[i] = put_block(l, t, k->law, STEIN_LINK_SIZE, text_safe(k->name), "link",
-                               "k length damping slack off off_z off_range");
+        l->link[i] =
+            put_block(l, t, k->law, link_names, STEIN_LINK_SIZE, text_safe(k->name), "link");
     }
     for (int i = 0; i < m->ntable; i++) {
         const mech_table *k = &m->tables[i];
@@ -263,26 +283,26 @@ static void put_rest(layout *l, const tree *t)
     }
     for (int i = 0; i < m->nbody; i++) {
         const mech_body *b = &m->bodies[i];
-        l->limit[i] = b->limited ? put_block(l, t, b->limit, STEIN_LIMIT_SIZE, text_safe(b->name),
-                                             "limits", "from to k D")
+        l->limit[i] = b->limited ? put_block(l, t, b->limit, limit_names, STEIN_LIMIT_SIZE,
+                                             text_safe(b->name), "limits")
                                  : -1;
     }
     for (int i = 0; i < m->ninput; i++) {
         const mech_input *k = &m->inputs[i];
         const char *name = text_safe(k->name);
-        l->signal[i] = put_block(l, t, k->signal, STEIN_SIGNAL_SIZE, name, "signal", "gain delay");
-        l->direction[i] = k->kind == STEIN_INPUT_POINT
-                              ? put_block(l, t, k->direction, 3, name, "direction", "x y z")
-                              : -1;
+        l->signal[i] = put_block(l, t, k->signal, signal_names, STEIN_SIGNAL_SIZE, name, "signal");
+        l->direction[i] =
+            k->kind == STEIN_INPUT_POINT
+                ? put_block(l, t, k->direction, direction_names, DIRECTION_SIZE, name, "direction")
+                : -1;
     }
     l->plain = put(l, ex_num(t->setup, 1.0), "time: sensor gain");
     for (int i = 1; i < STEIN_SENSOR_SIZE; i++) {
         put(l, 0, "  nothing else");
     }
     for (int i = 0; i < m->nchannel; i++) {
-        l->sensor[i] =
-            put_block(l, t, m->channels[i].sensor, STEIN_SENSOR_SIZE,
-                      text_safe(m->channels[i].name), "sensor", "gain offset square tilt delay");
+        l->sensor[i] = put_block(l, t, m->channels[i].sensor, sensor_names, STEIN_SENSOR_SIZE,
+                                 text_safe(m->channels[i].name), "sensor");
     }
 }
 
@@ -305,15 +325,14 @@ static void put_made(layout *l, const tree *t)
         v[STEIN_MADE_MASS] = b->mass;
         memcpy(v + STEIN_MADE_CENTRE, b->centre, sizeof b->centre);
         memcpy(v + STEIN_MADE_TENSOR, b->inertia, sizeof b->inertia);
-        int at = put_block(l, t, v, STEIN_MADE_SIZE, text_safe(b->name), "body",
-                           "at_x at_y at_z mass x y z xx yy zz xy xz yz");
+        int at = put_block(l, t, v, made_names, STEIN_MADE_SIZE, text_safe(b->name), "body");
         l->made = i == 0 ? at : l->made;
     }
-    l->gravity = put_block(l, t, m->gravity, 3, "frame", "gravity", "x y z");
+    l->gravity = put_block(l, t, m->gravity, direction_names, DIRECTION_SIZE, "frame", "gravity");
     for (int i = 0; i < m->nloop; i++) {
         int couples = m->loops[i].kind == MECH_COUPLING;
-        l->ratio[i] = couples ? put_block(l, t, &m->loops[i].ratio, 1, text_safe(m->loops[i].name),
-                                          "coupling", "ratio")
+        l->ratio[i] = couples ? put_block(l, t, &m->loops[i].ratio, ratio_names, 1,
+                                          text_safe(m->loops[i].name), "coupling")
                               : -1;
     }
 }

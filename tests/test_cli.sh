@@ -65,6 +65,7 @@ done
 claim 0 "check looks at data" "$stein" check models/stein1788.yaml models/strokes/stroke_01.csv
 shows "their audit is shown" 'stroke_01.csv: [0-9]* rows'
 shows "and that nothing is suspected" 'suspicions (0)'
+if grep -q '^operations\|^parameters' "$dir/out"; then fail "the mechanism is not listed again"; else pass; fi
 awk -F, '/^#/ || /^time/ { print; next } { print $1 "," $2 "," ($3 == "" ? "" : -$3) }' \
     models/strokes/stroke_01.csv >"$dir/mirrored.csv"
 claim 1 "check suspects a sign" "$stein" check models/stein1788.yaml "$dir/mirrored.csv"
@@ -85,7 +86,19 @@ json "and the regulation" \
     "[(d['label'], d['from'], d['to']) for d in v['regulation'] if d['name'] == 'pawl.stop_shift'] == [('stop (dx)', -1.4e-3, 4e-4)]"
 claim 1 "an absent file" "$stein" check "$dir/absent.yaml"
 says "is named" 'absent.yaml'
+says "with the reason" 'No such file or directory'
 quiet "and standard output stays empty"
+if [ "$("$stein" effects models/stein1788.yaml 2>"$dir/err" | head -n 1 | wc -l)" = 1 ]; then pass; else fail "a list is cut"; fi
+if [ -s "$dir/err" ]; then fail "which is no mistake"; else pass; fi
+claim 1 "a folder" "$stein" check "$dir"
+says "is no file" "$dir: the file cannot be read: Is a directory"
+claim 1 "an empty path" "$stein" check ""
+says "is told" 'the path of the mechanism file is empty'
+if [ "$(id -u)" != 0 ]; then
+    cp models/pendulum.yaml "$dir/locked.yaml" && chmod 000 "$dir/locked.yaml"
+    claim 1 "a file without permission" "$stein" check "$dir/locked.yaml"
+    says "has that as its reason" 'Permission denied'
+fi
 claim 1 "an override of nothing" "$stein" check models/stein1788.yaml --set pawl.stop_shfit=1mm --json
 says "names the nearest" 'pawl.stop_shift'
 quiet "and prints no JSON"
@@ -161,6 +174,8 @@ same "as well" "$dir/t.csv" "$dir/out"
 awk 'BEGIN {print "time [ms],push [N m]"; for (i = 0; i <= 50; i++) print 4 * i "," 0.2 * sin(i / 5)}' >"$dir/push.csv"
 claim 0 "an input driven by a file" "$stein" simulate models/pendulum.yaml --drive "$dir/push.csv" --until 0.2s --json
 json "moves otherwise" "abs(v['final']['time'] - 0.2) < 1e-15"
+claim 1 "a mechanism file is nothing to import" "$stein" import models/pendulum.yaml -o "$dir/x.yaml"
+says "which is told" 'pendulum.yaml:1:[0-9]*: this is no XML file, expected a ROBOTRAN project'
 printf 'time [s],push [N m]\n0,1\n1,x\n' >"$dir/push.csv"
 claim 1 "a drive that is no number" "$stein" simulate models/pendulum.yaml --drive "$dir/push.csv"
 says "is told by line" 'push.csv:3:'

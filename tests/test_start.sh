@@ -9,7 +9,12 @@ set -u
 claim 0 "a file to begin with" "$stein" new "$dir/swing"
 shows "its path is printed" "^$dir/swing.yaml\$"
 shows "it has the name that was given" '^mechanism: swing$' "$dir/swing.yaml"
-if grep -q NAME "$dir/swing.yaml"; then fail "nothing is left to be named"; else pass; fi
+shows "its commands are those that work here" "^#  .*  $stein check $dir/swing.yaml\$" "$dir/swing.yaml"
+says "as are those that come next" "^  $stein show $dir/swing.yaml -o $dir/swing.svg\$"
+mkdir "$dir/two words"
+claim 0 "a folder that a shell has to quote" "$stein" new "$dir/two words/swing"
+shows "is left out of the commands" "^#  .*  $stein check swing.yaml\$" "$dir/two words/swing.yaml"
+if grep -q 'NAME\|FILE\|PROGRAM' "$dir/swing.yaml"; then fail "nothing is left to be named"; else pass; fi
 claim 1 "a file that is there stays" "$stein" new "$dir/swing.yaml"
 says "and it is told" 'is there already'
 claim 2 "a name that no mechanism can have" "$stein" new "$dir/7 swings"
@@ -33,7 +38,7 @@ awk -F, 'BEGIN { print "# noise angle: 1 mrad" } /^#/ { next } /^time/ { print $
     { printf "%s,%.9f\n", $1, $2 + 1e-3 * ((n++ * 7919) % 13 - 6) / 3.74 }' "$dir/run.csv" >"$dir/record.csv"
 claim 0 "its record is diagnosed" "$stein" diagnose "$dir/swing.yaml" "$dir/record.csv" -o "$dir/found"
 if [ "$(wc -l <"$dir/out")" -le 12 ]; then pass; else fail "in 12 lines: $(wc -l <"$dir/out")"; fi
-shows "the verdict comes first" '^swing: [a-z_]* ([0-9]* records fitted'
+shows "the verdict comes first" '^swing: [a-z_]* ([0-9]* records* fitted'
 shows "the cause has its size" '^cause: [a-z_]* at rod'
 shows "the report is named" "^$dir/found/report.html\$"
 
@@ -46,7 +51,8 @@ for model in models/*.yaml models/robotran/*.yaml; do
     claim 0 "$model is drawn" "$stein" show "$model" -o "$dir/a.svg"
     "$stein" check "$model" >"$dir/listed"
     sed -n '/^bodies/,/^$/s/^  \([a-z][a-z0-9_]*\) .*/\1/p; /^contacts/,/^$/s/^  \([a-z][a-z0-9_]*\) .*/\1/p
-        /^points/,/^$/s/^  \([a-z][a-z0-9_.]*\)$/\1/p; /^notches/,/^$/s/^  \([a-z][a-z0-9_]*\) .*/\1/p' "$dir/listed" |
+        /^points/,/^$/s/^  \([a-z][a-z0-9_.]*\)$/\1/p; /^notches/,/^$/s/^  \([a-z][a-z0-9_]*\) .*/\1/p
+        /^loops/,/^$/{/ times /d;s/^  \([a-z][a-z0-9_]*\) .*/\1/p}' "$dir/listed" |
         while read -r name; do grep -q ">$name</text>" "$dir/a.svg" || echo "$name"; done >"$dir/unnamed"
     test ! -s "$dir/unnamed"
     ok "$model: its parts have their names in it ($(tr '\n' ' ' <"$dir/unnamed"))" $?
@@ -56,6 +62,11 @@ for model in models/*.yaml models/robotran/*.yaml; do
         ok "$model: its drawing is XML" $?
     fi
 done
+claim 2 "a drawing that is no SVG" "$stein" show "$dir/swing.yaml" -o "$dir/swing.png"
+says "is told" 'swing.png: the drawing is an SVG, expected FILE.svg'
+sed 's/damping: .*/damping:/' "$dir/swing.yaml" >"$dir/unsaid.yaml"
+claim 0 "a number that is not there" "$stein" check "$dir/unsaid.yaml"
+says "is a warning" 'unsaid.yaml:[0-9]*:5: warning: "damping" in a body has no value and is left out'
 claim 0 "a drawing to standard output" "$stein" show "$dir/swing.yaml"
 shows "is an SVG" '^<svg '
 claim 0 "at another place" "$stein" show "$dir/swing.yaml" --set rod.initial.position=90deg

@@ -29,13 +29,13 @@ extern "C" {
 typedef struct stein_balance stein_balance;
 
 /** @param def  for its alloc and release; NULL for malloc and free
- *  @return OK; ENOMEM, and what stein_sim_create says of def */
+ *  @return OK; ENOMEM, and those of stein_sim_create for def */
 stein_status stein_balance_create(stein_balance **b, const stein_model *model,
                                   const stein_sim_def *def, stein_err *err);
 /** Release everything; the simulation goes on alone. NULL is fine. */
 void stein_balance_destroy(stein_balance *b);
 /** Count from the present state of a simulation on, all sums 0; with sim = NULL the sums stay and
- *  nothing is counted any more. One balance or sensitivity rides with a simulation at a time: the
+ *  nothing is counted any more. One balance or sensitivity follows a simulation at a time: the
  *  one before gets off. @return OK; EINVAL (another model) */
 stein_status stein_balance_attach(stein_balance *b, stein_sim *sim, stein_err *err);
 

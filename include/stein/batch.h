@@ -2,14 +2,14 @@
  * batch.h - many simulations of one model, stepped side by side in the lanes of the processor.
  *
  * A batch steps simulations that belong to its user. Each has parameters, time, step length, events
- * and a subscriber of its own; whether it rides in a lane or runs alone, its motion is the same to
+ * and a subscriber of its own; in a lane or alone, its motion is the same to
  * the last bit. Lanes need not be full, and a simulation that is done makes room for the next one:
  *
  *      put(batch, i, sim)  ->  step ... step  ->  sim(batch, i), read, put(batch, i, next)
  *
- * Lanes do whole trial steps. Alone, as stein_step does it, goes a step that meets an event, and a
- * simulation with a force hook, a sensitivity, or a force at a body that leaves the
- * plane. So do all of a model whose equations were not compiled for lanes. Signals are asked by the
+ * Lanes do whole trial steps. A step that meets an event is taken alone, as by stein_step. So is
+ * every step of a simulation with a force hook, a sensitivity, or a force at a body that leaves
+ * the plane, and of a model whose equations were not compiled for lanes. Signals are asked by the
  * thread that steps the batch, each for times that belong to its simulation.
  */
 #ifndef STEIN_BATCH_H
@@ -42,7 +42,7 @@ void stein_batch_destroy(stein_batch *batch);
  *  @return OK; EINVAL (no such place, other equations, or another integrator than the batch's) */
 stein_status stein_batch_put(stein_batch *batch, int i, stein_sim *sim, stein_err *err);
 /** The simulation in place i, up to date, or NULL. It may be read and changed in any way: its lane
- *  takes all of it anew. */
+ *  takes all of it again. */
 stein_sim *stein_batch_sim(stein_batch *batch, int i);
 /** The same, only to be read: its lane goes on as it is, which costs less. */
 stein_sim *stein_batch_look(stein_batch *batch, int i);
@@ -70,8 +70,8 @@ stein_status stein_batch_run(stein_batch *batch, const double *t_end, stein_stat
  *  @return OK; EINVAL (no such place, none in it, or as stein_run_adaptive); ESINGULAR */
 stein_status stein_batch_begin(stein_batch *batch, int i, double t_end, stein_pace *pace,
                                stein_err *err);
-/** Go on with all runs that have begun until one of them is over: its place takes the next run
- * while the others wait where they are, so lanes stay full.
+/** Continue all runs that have begun until one of them is over. Its place can then take the next
+ * run while the others wait, so lanes stay full.
  *
  *      put, begin   for every place
  *      while ((i = stein_batch_go(batch, &status, &err)) >= 0)

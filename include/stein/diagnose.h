@@ -143,7 +143,7 @@ typedef enum {
     LAB_VERDICT_EXPLAINED,       /* nothing to find: the residual is noise and scatter */
     LAB_VERDICT_WRONG_PARAMETER, /* a number of the file is another one */
     LAB_VERDICT_SENSOR,          /* an instrument */
-    LAB_VERDICT_INPUT,           /* what drives the mechanism is not what the record says */
+    LAB_VERDICT_INPUT,           /* what drives the mechanism is not what the record states */
     LAB_VERDICT_MISSING_EFFECT,  /* physics that the file lacks */
     LAB_VERDICT_UNKNOWN_EFFECT,  /* there is something, and no candidate explains it */
     LAB_VERDICT_NOT_CONVERGED,   /* no fit to trust, so no verdict on physics */
@@ -310,7 +310,7 @@ typedef struct lab_check {
     int n;
     struct lab_checked {
         char name[LAB_PLACE];
-        double file;             /* what the model says [SI] */
+        double file;             /* the value of the model [SI] */
     } number[LAB_CHECK_NUMBERS]; /* that it finds */
     double noise; /* sd of one reading: of the angle [rad], of the value [its unit], of an instant
                      [s], of the error [1]; of a press in the force that is read (check.c) [1] */
@@ -416,8 +416,8 @@ typedef struct lab_verified {
     double table, file; /* [noise] */
 } lab_verified;
 
-/** One record: what is left of it without and with the causes (RMS, in noise), and the amount of
- * the first cause that fits it alone, all else as fitted [the cause's unit]; NAN: it does not act
+/** One record: its RMS residual without and with the causes [noise]. The amount of the first
+ * cause that fits it alone, all else as fitted [the cause's unit]; NAN: it does not act
  * there, or the record was not fitted. */
 typedef struct lab_seen {
     int number; /* of lab_data */

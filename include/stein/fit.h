@@ -45,17 +45,17 @@ typedef struct lab_fit_def {
                        input at most a frame / sqrt(12) */
     const double *smooth; /* [inputs] a measured motion is taken as motion up to this frequency, of
                              which half is kept [Hz]; NAN: as its noise allows; NULL: all NAN */
-    int initial;          /* initial state: 1 free, 0 as the file says, -1 (default) free where the
-                             mechanism neither settles nor has a load, and the stroke does not set it.
-                             A free one starts from the first samples of the record, which is where the
-                             simulation begins */
+    int initial; /* initial state: 1 free, 0 as the file states, -1 (default) free where the
+                    mechanism neither settles nor has a load, and the stroke does not set it.
+                    A free one starts from the first samples of the record, which is where the
+                    simulation begins */
     int scatter; /* strokes differ by themselves: 1 yes, LAB_SCATTER_PLACES the friction of every
                   * place by itself, 0 no, -1 (default) when there are 4 or more
                   */
     double joint_scatter, contact_scatter; /* sd of a stroke's friction factor; default 5 %, 8 % */
     double drive_scatter;                  /* of its load or inputs; default 0.3 % */
     int settings; /* 1: what a stroke sets is off by a last digit or a percent; default 0: it is as
-                     the stroke says */
+                     the stroke states */
     int starts;   /* searches from different places; default 3 */
     int robust;   /* 1: bisquare weights against single bad frames */
     int ladder;   /* 0: no innovation ladder (for comparisons); default 1 */
@@ -159,8 +159,8 @@ void lab_fit_apply(const lab_fit *fit, double *p);
 /** The fit as JSON, what `stein fit --json` prints; "-" is standard output. @param model  its name
  *  @return OK, EIO */
 stein_status lab_fit_json(const char *path, const char *model, const lab_fit *fit, stein_err *err);
-/** Write the mechanism file with the fitted numbers (and the overrides) in their places, everything
- *  else as it was, and a comment at the head that says what was fitted to what.
+/** Write the mechanism file with the fitted numbers (and the overrides) in their places.
+ * Everything else stays, and a comment at the head tells what was fitted to which records.
  *  @param file     the mechanism file of the model
  *  @param options  those of lab_open: its overrides are part of the result
  *  @return OK, EIO, EPARSE, EINVAL (a number has no place in the file), ENOMEM */

@@ -13,9 +13,9 @@
  *   friction that sticks has 200 events a step located at most. What remains is whatever
  *   hooks and signals of one's own do.
  *
- *   The three slots of values go round by one atomic exchange on each side: neither side ever waits
- *   for the other, what is taken is always one whole set as published, and older sets that were not
- *   taken are dropped. One thread publishes, one takes; they may be the same.
+ *   Three slots of values are exchanged by one atomic operation on each side, so neither side
+ * waits for the other. What is taken is always one whole set as published; older sets that were
+ * not taken are dropped. One thread publishes, one takes; they may be the same.
  */
 #ifndef STEIN_HANDOVER_H
 #define STEIN_HANDOVER_H

@@ -18,8 +18,9 @@ typedef struct lab_imported {
     int left_out;               /* messages to `report` of what is left out or changed */
 } lab_imported;
 
-/** What becomes of an inertia that no body can have, a principal moment above the sum of the other
- *  two: the import fails; it is taken with a warning; its three moments become equal. */
+/** What becomes of an inertia that no body can have (a principal moment above the sum of the
+ * other two). The import fails, or it is taken with a warning, or its three moments become equal.
+ */
 typedef enum { LAB_INERTIA_REFUSE, LAB_INERTIA_ACCEPT, LAB_INERTIA_BALANCE } lab_inertia;
 
 /** Read a file of another program and write the same mechanism as a mechanism file.

@@ -115,10 +115,10 @@ lab_stroke_def lab_stroke_def_default(const stein_model *model);
  *  it decides only about rearmed.
  *
  *  rearmed: with the load lifted (`release`), the beak is under the roof and overlaps it and the
- *  hammer is at rest at the end (below 0.5 rad/s against what carries it). Without a release the
- *  question is answered on the side: from the final state the load is lifted, the motion goes on
- *  for 0.5 s or until nothing moves (no coordinate faster than 1e-3 rad/s or m/s at four looks 5 ms
- *  apart), and the final state is put back.
+ *  hammer is at rest at the end (below 0.5 rad/s against what carries it). Without a release it
+ * is found beside the run. From the final state the load is lifted, and the motion goes on for
+ * 0.5 s or until nothing moves: no coordinate faster than 1e-3 rad/s or m/s at four times 5 ms
+ * apart. Then the final state is restored.
  *
  *  @return OK or a numerical failure of stein_run; EINVAL when the model names no stroke, has no
  *  output channels for gap and force of its string, or def is out of range */
@@ -160,8 +160,8 @@ lab_format lab_format_of(const char *path);
  *  @return OK, EIO, ENOMEM, EINVAL (more than 2^28 rows in a binary form) */
 stein_status lab_write(const char *path, lab_format format, const lab_record *record,
                        const char *const *notes, stein_err *err);
-/** Draw a record with gnuplot, SVG or PNG by the ending of the path: a stroke as head-string
- *  distance, key dip, notch phase and forces, anything else as its first channels.
+/** Draw a record with gnuplot, SVG or PNG by the ending of the path. A stroke is drawn as
+ * head-string distance, key dip, notch phase and forces, any other record as its first channels.
  *  @param stroke  may be NULL
  *  @return OK, EIO, EINVAL (other ending) */
 stein_status lab_plot(const char *path, const lab_record *record, const stein_model *model,
@@ -311,7 +311,7 @@ typedef struct lab_point {
     lab_stroke stroke; /* when status is OK */
 } lab_point;
 
-/** One published fact and what the simulation says. */
+/** One published fact and what the simulation gives. */
 typedef struct lab_fact {
     const char *fact, *paper;
     char simulated[64];
@@ -353,9 +353,9 @@ typedef struct lab_page_facts {
     size_t page, module; /* bytes of the file (0: not a file), of the WebAssembly module in it */
     char hash[LAB_HASH]; /* FNV-1a of the state after the file's own run: the page shows its own */
 } lab_page_facts;
-/** Write a mechanism as one HTML file that simulates it in a browser: core and equations are
- *  compiled to WebAssembly by clang (options->cc is not asked; the environment's WASM_CC is), once
- *  a mechanism, into the cache.
+/** Write a mechanism as one HTML file that simulates it in a browser. Core and equations are
+ * compiled to WebAssembly by clang, or by WASM_CC of the environment (options->cc is not used),
+ * once a mechanism, into the cache.
  *  @param facts  out, may be NULL
  *  @return OK, EIO, ENOMEM, ECOMPILE (no clang, lld or wasi-libc: which Debian packages), or what a
  *          run returns */

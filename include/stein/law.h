@@ -3,7 +3,7 @@
  *
  * Both laws are those of Hirschkorn's action model as used for the Stein action: Hunt & Crossley
  * (1975) with a cubic polynomial in place of the power, and Cull & Tucker's (1999) smooth Coulomb
- * friction. A law is a block of four doubles, in the order of the enums of model.h.
+ * friction. A law is a block of doubles, in the order of its enum in model.h.
  */
 #ifndef STEIN_LAW_H
 #define STEIN_LAW_H
@@ -60,15 +60,15 @@ double stein_joint_force(const double *law, double q, double qd);
  *      f = [ k (l - length) + b ldot ] (1 - slack where that pulls)
  *                                      (1 - off (1 + tanh((z - z_off)/range)) / 2)
  *
- *  With slack 1 it only pushes, as a strut on a cushion does; with off 1 it lets go when its first
- * end has risen past z_off, as a jack at its button does.
+ *  With slack 1 it only pushes. With off 1 it loses its force when its first end has risen past
+ * z_off, as a jack at its button does.
  *  @param law     a STEIN_LINK block
  *  @param length  l [m]   @param rate  ldot [m/s]   @param z  of the first end [m]
  *  @return [N] */
 double stein_link_force(const double *law, double length, double rate, double z);
 
-/** Slopes of the curve through the points of a table: in a point that of the parabola through it
- *  and its neighbours, at both ends that of the straight line to the next one,
+/** Slopes of the curve through the points of a table. Inside it is that of the parabola through
+ * the point and its neighbours, at both ends that of the straight line to the next point,
  *
  *      s_i = (h_i d_(i-1) + h_(i-1) d_i) / (h_(i-1) + h_i),     h_i = x_(i+1) - x_i,
  *                                                               d_i = (y_(i+1) - y_i) / h_i

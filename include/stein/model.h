@@ -144,8 +144,8 @@ typedef struct stein_pose3 {
 } stein_pose3;
 
 /** Blocks in d, by offset from their base index. Every block has every entry, at its neutral value
- *  where the file says nothing: a physical effect can be switched on, fitted and tested without new
- *  equations. The laws are in law.h. */
+ *  where the file states nothing: a physical effect can be switched on, fitted and tested without
+ * new equations. The laws are in law.h. */
 /* clang-format off */
 enum { STEIN_FRICTION_A, STEIN_FRICTION_VT, STEIN_FRICTION_B1, STEIN_FRICTION_B2, STEIN_FRICTION_SIZE };
 enum {
@@ -169,7 +169,7 @@ enum {
 };
 /** What an instrument makes of the true value y: y + (gain - 1) y + square (y - y at rest)^2
  *  + tilt (x - x at rest) + offset, x the marker's horizontal position; `delay` [s] is applied by
- *  whoever samples. */
+ *  the caller that samples. */
 enum { STEIN_SENSOR_GAIN, STEIN_SENSOR_OFFSET, STEIN_SENSOR_SQUARE, STEIN_SENSOR_TILT,
        STEIN_SENSOR_DELAY, STEIN_SENSOR_SIZE };
 /** True input = gain * signal(t - delay). */
@@ -258,9 +258,9 @@ typedef struct stein_link {
     int point[2]; /* indices into points */
     int d;        /* base of a STEIN_LINK block */
 } stein_link;
-/** What a link does: k [N/m], length [m], damping [N s/m]; slack [-], the share of its pull that it
- *  lacks; let-off: the share of its force that it loses when its first end is above z [m], over a
- *  range [m]. */
+/** Law of a link: k [N/m], length [m], damping [N s/m]. slack [-] is the share of its pull that
+ * is missing. Let-off is the share of its force that is lost when its first end is above z [m],
+ * over a range [m]. */
 enum {
     STEIN_LINK_K,
     STEIN_LINK_LENGTH,

@@ -4,7 +4,7 @@
  *
  * The cause and every rival predict an experiment, each with the numbers it was fitted with and
  * what is uncertain about them. The experiment is worth what the odds between them are expected to
- * become (src/lab/plan/odds.c).
+ * become (src/lab/plan/expected_evidence.c).
  */
 #ifndef STEIN_PLAN_H
 #define STEIN_PLAN_H

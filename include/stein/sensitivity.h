@@ -2,9 +2,9 @@
  * sensitivity.h - how a motion changes with its initial state and its parameters, worked out while
  * it goes on.
  *
- * Directions ride with a simulation: each is a change dq, dqd of the state and dp of the
- * parameters, and every step that the simulation takes carries it on by the derivatives of the same
- * step (derivative.h), stage by stage. Where contacts or the notch switch, the instant moves too:
+ * Directions follow a simulation. Each is a change dq, dqd of the state and dp of the parameters.
+ * With every step of the simulation it is integrated by the derivatives of the same step
+ * (derivative.h), stage by stage. Where contacts or the notch switch, the instant moves too:
  *
  *      dt = - dg / gdot            g the guard that is 0 there
  *      dqd jumps by (qdd before - qdd after) dt
@@ -36,12 +36,12 @@ typedef struct stein_sensitivity stein_sensitivity;
  *  @return as stein_derivative_create; EINVAL also when n < 1 */
 stein_status stein_sensitivity_create(stein_sensitivity **s, const stein_model *model,
                                       const stein_sim_def *def, int n, stein_err *err);
-/** Release everything; the simulation that it rides with goes on alone. NULL is fine. */
+/** Release everything; the simulation that it follows goes on alone. NULL is fine. */
 void stein_sensitivity_destroy(stein_sensitivity *s);
 
-/** Ride with a simulation from now on, all directions 0; with sim = NULL, with none. One rides with
- * a simulation at a time: who did before gets off, as when it is destroyed, and says so when it is
- * checked. In a batch a simulation with one goes alone.
+/** Follow a simulation from now on, all directions 0; sim = NULL: none. One sensitivity follows
+ * a simulation at a time: an earlier one is detached, as when the simulation is destroyed, and
+ * stein_sensitivity_check then fails. In a batch a simulation with one runs alone.
  *  @return OK; EINVAL (another model, an input with a signal, what stein_derivative_at refuses) */
 stein_status stein_sensitivity_attach(stein_sensitivity *s, stein_sim *sim, stein_err *err);
 /** Direction k from now on: dq, dqd [nq] of the present state, dp [np] of the parameters; each may

@@ -59,7 +59,7 @@ stein_status stein_set(stein_sim *sim, const char *name, double value, stein_err
 /** Set all parameters at once, p [np] in the order of model->params; all or none.
  *  @return OK, EINVAL */
 stein_status stein_set_all(stein_sim *sim, const double *p, stein_err *err);
-/** The same for who searches: values outside of their ranges are taken, as long as they are finite.
+/** The same for searches: values outside of their ranges are taken, as long as they are finite.
  *  What is simulated with them need be no physics. @return OK, EINVAL */
 stein_status stein_try_all(stein_sim *sim, const double *p, stein_err *err);
 /** Value of a parameter [SI]. @return OK, ENAME */
@@ -71,12 +71,13 @@ stein_status stein_get(const stein_sim *sim, const char *name, double *value, st
  *  the load; the load flush on its contact, at rest. Contacts and notch as geometry has them.
  *  @return OK, ESETTLE, ESINGULAR, ENONFINITE */
 stein_status stein_reset(stein_sim *sim, stein_err *err);
-/** How many ways to move there are: joints less those that are driven or held, less the rank of
- * what loops and couplings ask of the others (of the last stein_reset; redundant rows count once).
+/** Degrees of freedom: joints less those that are driven or held, less the rank of the conditions
+ * of loops and couplings on the others. Of the last stein_reset; redundant rows count once.
  */
 int stein_freedom(const stein_sim *sim);
-/** The static equilibrium next to the present positions, at the present time: speeds zero,
- * prescribed joints at their signals, a load that is there rests, one that was lifted stays away.
+/** The static equilibrium next to the present positions, at the present time. Speeds are zero,
+ * prescribed joints at their signals. A load that is present rests, one that was lifted stays
+ * away.
  * Contacts as geometry has them, notches by their memory. Friction, which vanishes at rest, has no
  * part in it. In small steps of a signal this follows a quasi-static motion. With loops and
  * couplings the search goes along the ways that they leave.
@@ -102,7 +103,7 @@ typedef struct stein_pace {
     double longest;   /* longest step [s], > 0 */
     double h;         /* step to begin with [s], > 0; out: the one that would be next */
     double next;      /* first time to look at [s], not before the present one; out: the next one */
-    stein_look_fn *look; /* NULL: nobody looks */
+    stein_look_fn *look; /* NULL: not called */
     void *ctx;
 } stein_pace;
 /** Run to exactly t_end [s] with steps of controlled error that end at events and at t_end, of
@@ -114,9 +115,9 @@ typedef struct stein_pace {
  * short enough; ECHATTER too when the motion asks for more than 20000 + 1000 (t_end - t)/longest
  * trial steps: it is too stiff */
 stein_status stein_run_adaptive(stein_sim *sim, double t_end, stein_pace *pace, stein_err *err);
-/** Trial steps of controlled error that a simulation has made since it was created, alone or in a
- *  batch: those that passed and those that were too coarse; one repeated up to an event counts
- * once. Who makes one motion of many runs bounds its cost with it. */
+/** Trial steps of controlled error since the simulation was created, alone or in a batch:
+ * accepted ones and rejected ones. A step that is repeated up to an event counts once.
+ * It bounds the cost of one motion that is made of many runs. */
 long long stein_trials(const stein_sim *sim);
 /** Steps of controlled error that a simulation has taken since it was created, and their kind. */
 typedef struct stein_step_counts {

@@ -58,6 +58,7 @@ typedef struct cli_command {
 /** A parsed command line. */
 struct cli_args {
     const cli_command *command;
+    const char *program;            /* as it was called: "stein", "build/stein" */
     const char *value[CLI_OPTIONS]; /* last value of each option; "" for a flag; NULL: not given */
     const char *set[CLI_SETS];
     int nset;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * errors.c - what a run says about its own errors (errors.h).
+ * errors.c - the errors of a run (errors.h).
  */
 #include "errors.h"
 

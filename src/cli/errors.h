@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * errors.h - what a run says about its own errors: a line, fields of the JSON object, warnings and
+ * errors.h - the errors of a run: a line, fields of the JSON object, warnings and
  * the exit code.
  * Included by: this folder.
  */

@@ -160,8 +160,8 @@ static void print_text(const job *j)
     for (int k = 0; k < fit->nvalue; k++) {
         print_parameter(&fit->value[k], width);
     }
-    printf("%d samples of %d records, chi2/dof %.4g (band %.3g .. %.3g)%s\n", fit->samples,
-           fit->nstroke, fit->chi2_dof, fit->band_lo, fit->band_hi,
+    printf("%d samples of %d record%s, chi2/dof %.4g (band %.3g .. %.3g)%s\n", fit->samples,
+           fit->nstroke, fit->nstroke == 1 ? "" : "s", fit->chi2_dof, fit->band_lo, fit->band_hi,
            fit->noise_given ? "" : ", noise estimated");
     for (int i = 0; i < fit->npair; i++) {
         printf("the data hardly tell %s from %s (correlation %.4f)\n",
@@ -185,7 +185,7 @@ static int open_data(job *j)
     stein_status status =
         lab_dataset_open(&j->data, j->args->operand + 1, j->args->noperand - 1, &options, &err);
     cli_progress_end(&j->progress);
-    if (status == STEIN_EPARSE) {
+    if (status == STEIN_EPARSE || status == STEIN_EIO) {
         err.msg[0] = '\0'; // told one by one
     }
     return status == STEIN_OK ? CLI_OK : cli_failed(status, &err);
@@ -288,7 +288,7 @@ static const cli_option options[] = {
      "Variation from record to record: joint friction 5 %, contact friction 8 %, drive 0.3 %.\n"
      "yes, no or auto (default): yes with four records or more."},
     {"initial", 0, "HOW",
-     "Initial state of every record: free, fixed as the file says, or auto (default): free\n"
+     "Initial state of every record: free, fixed as in the file, or auto (default): free\n"
      "where the mechanism does not settle and the record does not set it."},
     CLI_COMMON};
 

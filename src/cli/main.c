@@ -74,7 +74,8 @@ static int help(int argc, char **argv)
     return CLI_OK;
 }
 
-static int run(int argc, char **argv)
+/* program: how it was called, "stein" or "build/stein" */
+static int run(const char *program, int argc, char **argv)
 {
     if (argc == 0) {
         overview(stderr);
@@ -94,6 +95,7 @@ static int run(int argc, char **argv)
         return CLI_USAGE;
     }
     int code = cli_parse(&args, command, argc - 1, argv + 1);
+    args.program = program;
     if (code == CLI_OK && cli_value(&args, "help") != NULL) {
         cli_help(command);
         return CLI_OK;
@@ -107,5 +109,5 @@ int main(int argc, char **argv)
            SIG_IGN); // a write that fails is reported, and nothing is left half done
     signal(SIGXFSZ, SIG_IGN);
     gsl_set_error_handler_off(); // a library must not abort the program; results are checked
-    return cli_finish(run(argc - 1, argv + 1));
+    return cli_finish(run(argc > 0 ? argv[0] : "stein", argc - 1, argv + 1));
 }

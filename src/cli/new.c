@@ -8,7 +8,13 @@
 #include "cli.h"
 #include "embedded.h"
 
-static const char placeholder[] = "NAME", ending[] = ".yaml";
+static const char ending[] = ".yaml";
+
+/* what stands in the starter for words that differ from user to user */
+enum { WORDS = 3 };
+typedef struct words {
+    const char *name, *file, *program;
+} words;
 
 /* "folder/swing.yaml" or "folder/swing" -> "swing"; NULL without memory */
 static char *name_of(const char *operand)
@@ -30,17 +36,33 @@ static int is_name(const char *name)
     return strspn(name, letters) > 0 && name[strspn(name, all)] == '\0' && strlen(name) < MECH_NAME;
 }
 
-static void put_line(FILE *to, const char *line, const char *name)
+/* can a shell take a word without quotes, and a comment of YAML? */
+static int is_plain(const char *word)
 {
-    for (const char *at; (at = strstr(line, placeholder)) != NULL;) {
-        fwrite(line, 1, (size_t)(at - line), to);
-        fputs(name, to);
-        line = at + strlen(placeholder);
-    }
-    fputs(line, to);
+    static const char plain[] =
+        "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./+-";
+    return *word != '-' && word[strspn(word, plain)] == '\0';
 }
 
-static stein_status write_starter(const char *path, const char *name, stein_err *err)
+static void put_line(FILE *to, const char *line, const words *w)
+{
+    const char *const placeholder[WORDS] = {"NAME", "FILE", "PROGRAM"};
+    const char *const word[WORDS] = {w->name, w->file, w->program};
+    while (*line != '\0') {
+        int k = 0;
+        while (k < WORDS && strncmp(line, placeholder[k], strlen(placeholder[k])) != 0) {
+            k++;
+        }
+        if (k < WORDS) {
+            fputs(word[k], to);
+            line += strlen(placeholder[k]);
+        } else {
+            fputc(*line++, to);
+        }
+    }
+}
+
+static stein_status write_starter(const char *path, const words *w, stein_err *err)
 {
     lab__file file;
     stein_status status = lab__file_open(&file, path, err);
@@ -48,29 +70,33 @@ static stein_status write_starter(const char *path, const char *name, stein_err 
         return status;
     }
     for (const char *const *line = lab__starter_files[0].lines; *line != NULL; line++) {
-        put_line(file.stream, *line, name);
+        put_line(file.stream, *line, w);
     }
     return lab__file_close(&file, 1, err);
 }
 
-static void tell(const cli_args *args, const char *name, const char *path)
+static void tell(const cli_args *args, const words *w, const char *path)
 {
     if (cli_value(args, "json") == NULL) {
+        const char *p = w->program, *f = w->file;
         printf("%s\n", path);
-        fprintf(stderr, "next: stein check %s, stein show %s -o %s.svg, stein simulate %s\n", path,
-                path, name, path);
+        fprintf(stderr, "next:\n  %s check %s.yaml\n  %s show %s.yaml -o %s.svg\n", p, f, p, f, f);
+        fprintf(stderr, "  %s simulate %s.yaml --plot %s_motion.svg\n", p, f, f);
         return;
     }
     lab__json j = {.stream = stdout};
     lab__json_open(&j, NULL, '{');
-    lab__json_text(&j, "model", name);
+    lab__json_text(&j, "model", w->name);
     lab__json_text(&j, "file", path);
     lab__json_close(&j);
 }
 
-static int make(const cli_args *args, const char *name, const char *path)
+/* stem: the path without its ending */
+static int make(const cli_args *args, const char *name, const char *stem, const char *path)
 {
     stein_err err = {STEIN_OK, ""};
+    const words w = {name, is_plain(stem) ? stem : name,
+                     is_plain(args->program) ? args->program : "stein"};
     if (!is_name(name)) {
         return cli_misuse(args->command,
                           "%s: expected a letter and then at most %d letters, digits or _", name,
@@ -80,11 +106,11 @@ static int make(const cli_args *args, const char *name, const char *path)
         return cli_failed(
             lab__fail(&err, STEIN_EIO, "%s is there already and stays as it is", path), &err);
     }
-    stein_status status = write_starter(path, name, &err);
+    stein_status status = write_starter(path, &w, &err);
     if (status != STEIN_OK) {
         return cli_failed(status, &err);
     }
-    tell(args, name, path);
+    tell(args, &w, path);
     return CLI_OK;
 }
 
@@ -93,12 +119,13 @@ static int run(const cli_args *args)
     stein_err err = {STEIN_OK, ""};
     const char *operand = args->operand[0], *slash = strrchr(operand, '/');
     char *name = name_of(operand);
-    char *path = name != NULL
-                     ? lab__text("%.*s%s%s", slash != NULL ? (int)(slash + 1 - operand) : 0,
-                                 operand, name, ending)
-                     : NULL;
-    int code = path != NULL ? make(args, name, path) : cli_failed(lab__no_memory(&err), &err);
+    char *stem = name != NULL ? lab__text("%.*s%s", slash != NULL ? (int)(slash + 1 - operand) : 0,
+                                          operand, name)
+                              : NULL;
+    char *path = stem != NULL ? lab__text("%s%s", stem, ending) : NULL;
+    int code = path != NULL ? make(args, name, stem, path) : cli_failed(lab__no_memory(&err), &err);
     free(name);
+    free(stem);
     free(path);
     return code;
 }

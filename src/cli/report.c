@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * report.c - failures, progress, and quantities in units people read.
  */
+#include <errno.h>
 #include <math.h>
 #include <string.h>
 #include <time.h>
@@ -61,8 +62,11 @@ int cli_failed(stein_status status, const stein_err *err)
 
 int cli_finish(int code)
 {
+    errno = 0;
     if (fflush(stdout) != 0 || ferror(stdout)) {
-        perror("stein: standard output");
+        if (errno != EPIPE) { // as of `stein effects MODEL | head`, which is no mistake
+            perror("stein: standard output");
+        }
         return code == CLI_OK ? CLI_FAILED : code;
     }
     return code;

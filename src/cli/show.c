@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * show.c - stein show: a mechanism as a drawing with names.
  */
+#include <string.h>
+
 #include "cli.h"
 #include "draw.h"
 
@@ -13,6 +15,10 @@ static int run(const cli_args *args)
     if (lab__is_stdout(path) && cli_value(args, "json") != NULL) {
         return cli_misuse(args->command, "--json and the drawing both need the standard output: "
                                          "expected -o FILE.svg");
+    }
+    const char *slash = strrchr(path, '/'), *dot = strrchr(slash != NULL ? slash : path, '.');
+    if (dot != NULL && strcmp(dot, ".svg") != 0) {
+        return cli_misuse(args->command, "-o %s: the drawing is an SVG, expected FILE.svg", path);
     }
     stein_status status = cli_open(&model, args, &err);
     status = status == STEIN_OK ? lab__draw(path, model, &err) : status;
@@ -43,7 +49,8 @@ const cli_command cli_show = {
         "Draws MODEL to scale in the state that its file begins with, seen in the plane that it\n"
         "moves in (x-z where there are contacts): bodies from their joint to all that they carry,\n"
         "revolute joints as rings, sliding ones as boxes, centres of mass as dots, surfaces of\n"
-        "contacts and notches, links as springs, inputs as arrows, each with its name.",
+        "contacts and notches, links as springs, loops as rods or rings, inputs as arrows, each\n"
+        "with its name.",
     .output = "An SVG that any browser shows, light or dark. With -o its path is printed; with\n"
               "--json: {\"model\", \"file\"}.",
     .examples = "stein show models/stein1788.yaml -o action.svg\n"

@@ -417,7 +417,7 @@ static int run(const cli_args *args)
 }
 
 static const cli_option options[] = {
-    {"until", 0, "T", "Simulate so long, e.g. 0.3s or 300ms; default: what the file says."},
+    {"until", 0, "T", "Simulate so long, e.g. 0.3s or 300ms; default: that of the file."},
     {"release", 0, "T",
      "Lift the load at this time. What follows shows the return of the action and decides\n"
      "whether it re-arms; it is no part of the stroke itself."},
@@ -429,7 +429,7 @@ static const cli_option options[] = {
     {"tolerance", 0, "E",
      "Error estimate of a controlled step at most [rad or m]; default: 1e-12."},
     {"allow-error", 0, NULL,
-     "Exit with 0 although the result is not to be trusted; it is told all the same."},
+     "Exit with 0 although the result is not to be trusted; the warning stays."},
     {"every", 0, "T",
      "Interval of the rows of -o, rounded up to whole steps; 0: every step. Default: 1/3000\n"
      "of the duration. Results do not depend on it."},
@@ -454,9 +454,9 @@ static const cli_option options[] = {
     "at t = 0, and the stroke is judged:\n"                                                       \
     "\n"                                                                                          \
     "  struck         the hammer escaped and met the string\n"                                    \
-    "  missed_notch   the beak never touched the notch's roof or corner\n"                        \
-    "  no_escapement  it did, but never got out\n"                                                \
-    "  no_impact      it got out, but the string was never touched\n"                             \
+    "  missed_notch   the beak did not touch the notch's roof or corner\n"                        \
+    "  no_escapement  it did, but did not leave the notch\n"                                      \
+    "  no_impact      it left the notch, but the string was not touched\n"                        \
     "\n"                                                                                          \
     "Escapement is the instant at which the beak's end passes the corner of the notch; its\n"     \
     "height is the distance of head and string then. The impact's speed is their closing\n"       \

@@ -197,13 +197,13 @@ static const cli_option options[] = {
     {"shard", 0, "I/N",
      "Compute only the points with index % N = I - 1, I from 1 to N; needs --journal.\n"
      "stein merge puts the journals together."},
-    {"until", 0, "T", "Simulate so long, e.g. 0.3s or 300ms; default: what the file says."},
+    {"until", 0, "T", "Simulate so long, e.g. 0.3s or 300ms; default: that of the file."},
     {"release", 0, "T", "Lift the load at this time, as in stein strike."},
     {"tolerance", 0, "CHANNEL=VALUE",
      "Steps of controlled error, which leave about so much in this output (a position, x,\n"
-     "y, z or gap), e.g. string_distance=0.1um; default: what the file tells, and fixed\n"
-     "steps where it tells none."},
-    {"fixed", 0, NULL, "The file's fixed steps, whatever it tells."},
+     "y, z or gap), e.g. string_distance=0.1um; default: that of the file; fixed\n"
+     "steps where it has none."},
+    {"fixed", 0, NULL, "The file's fixed steps, also where it states a tolerance."},
     {"output", 'o', "FILE.csv",
      "The table; - is standard output, which is the default. A file appears whole or not\n"
      "at all."},
@@ -229,7 +229,7 @@ const cli_command cli_sweep = {
         "A number that the file gives as a literal 0 is not in the equations; --set NAME=VALUE\n"
         "brings it in, then --vary can vary it.",
     .output =
-        "CSV: `# name: value` lines that say what was swept, then a row a point in SI units:\n"
+        "CSV: `# name: value` lines with what was swept, then a row a point in SI units:\n"
         "point, the varied parameters, status, then outcome, escapement_time,\n"
         "escapement_height, impact_time, impact_speed, impacts, free_flight,\n"
         "forced_escapement, peak_string_force, blow, rearmed - or the output channels.\n"

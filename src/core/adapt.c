@@ -7,10 +7,10 @@
  *
  * (Gustafsson's PI controller with the exponents of Hairer's DOPRI5.)
  *
- * Contact modes are constant within a trial step, so its estimate is as good across a switch as it
- * is elsewhere: a trial step that passes the control and holds an event is repeated up to the first
- * root, which its dense output gives to order 6 (4 in implicit steps), and the next step begins
- * behind the switch. A trial step that does not pass is not asked for its events.
+ * Contact modes are constant within a trial step, so its estimate is as good across a switch as
+ * elsewhere. A trial step that passes the control and contains an event is repeated up to the
+ * first root. The dense output gives that root to order 6 (4 in implicit steps). The next step
+ * begins after the switch. A trial step that does not pass is not asked for its events.
  *
  *      next --> trial of h --> judge --> too coarse: a shorter one
  *                  ^             |-----> no event: taken
@@ -47,7 +47,7 @@ static void look_inside(stein_sim *sim, double t1, stein_pace *pace)
 }
 
 /* The trial step to t1 becomes the state. Forces and gaps are those of where one looked inside
- * last; they are evaluated anew when somebody asks, while qdd is known. */
+ * last; they are evaluated again when they are asked for, while qdd is known. */
 static void finish(stein_sim *sim, double t1, stein_pace *pace, int implicit)
 {
     sim->counts.taken++;
@@ -164,7 +164,7 @@ stein_status stein__pace_next(stein_sim *sim, const stein_pace *pace, stein__pac
         stein__fail(&why, STEIN_ECHATTER,
                     "the motion is too stiff: steps of %g s at t = %g s would never end", pace->h,
                     sim->head->t);
-        return stein__blame(sim, pace->h, STEIN_ECHATTER, why.msg, err);
+        return stein__explain_failure(sim, pace->h, STEIN_ECHATTER, why.msg, err);
     }
     sim->trials++;
     double left = p->t_end - sim->head->t;

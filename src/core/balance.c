@@ -228,7 +228,8 @@ static void keep_end(stein_balance *b, const double *q, const double *qd)
     memcpy(b->end + n, qd, sizeof *qd * n);
 }
 
-/* A step of h was taken. Forces are then those of a node; who asks for them has them evaluated. */
+/* A step of h was taken. Forces are then those of a node, and are evaluated when they are asked
+ * for. */
 static void carry(void *ctx, stein_sim *sim, double h)
 {
     static const double node[] = {0.11270166537925831, 0.5, 0.88729833462074169};
@@ -262,7 +263,7 @@ static void pass(void *ctx, stein_sim *sim, int flipped)
 static void get_off(void *ctx)
 {
     stein_balance *b = ctx;
-    b->sim->rider = NULL;
+    b->sim->follower = NULL;
     b->sim = NULL;
 }
 
@@ -280,15 +281,15 @@ stein_status stein_balance_attach(stein_balance *b, stein_sim *sim, stein_err *e
     if (sim == NULL) {
         return STEIN_OK;
     }
-    if (sim->rider != NULL) {
-        sim->on_end(sim->rider);
+    if (sim->follower != NULL) {
+        sim->on_end(sim->follower);
     }
     memset(b->work, 0, sizeof *b->work * (size_t)b->nwork);
     b->total = b->stored = b->taken = b->kinetic = b->turned[0] = b->turned[1] = 0.0;
     b->begin = b->now = energy_of(b, sim, sim->q, sim->qd);
     keep_end(b, sim->q, sim->qd);
     b->sim = sim;
-    sim->rider = b;
+    sim->follower = b;
     sim->on_accept = carry;
     sim->on_switch = pass;
     sim->on_end = get_off;

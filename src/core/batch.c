@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT
- * batch.c - who rides in which lane, and who goes alone.
+ * batch.c - which simulation is in which lane, and which is alone.
  *
  *      place 0 1 2 3 | 4 5 6 7 | ...      groups of as many as there are lanes
  *
- * While a simulation rides, its q, qd, qdd are in its lane; time, step counter and contact modes
+ * While a simulation is in a lane, its q, qd, qdd are there; time, step counter and contact modes
  * stay in the simulation, where they are cheap to keep. A lane that does not take a step hands its
  * simulation back, it steps alone, and the lane takes it in again.
  */
@@ -122,7 +122,7 @@ static int can_ride(const stein_batch *b, const stein_sim *sim)
 {
     int load = b->model->load.body;
     return b->width != NULL && b->def.integrator != STEIN_IMPLICIT && sim->on_force == NULL &&
-           sim->rider == NULL && !sim->jacobians &&
+           sim->follower == NULL && !sim->jacobians &&
            (load < 0 || sim->held[load] == !sim->head->load_present);
 }
 
@@ -153,8 +153,8 @@ static void put_in_lane(stein_batch *b, int g, int lane, const stein_sim *sim, i
     b->width->put(b->wide[g], lane, &rider, with_d);
 }
 
-/* Lanes where nobody rides hold somebody's numbers: those that are none would be slow. The first
- * that rides may be away, but then they are there from before. */
+/* Empty lanes get the numbers of another one, since NaN and denormals would be slow. The first lane
+ * in use may be empty for now, but then its numbers are there from before. */
 static void fill_rest(stein_batch *b, int g, unsigned riders)
 {
     int first = 0;

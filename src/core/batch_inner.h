@@ -13,7 +13,7 @@ enum { MAX_LANES = 8 };
 
 /* where the state of a place is */
 typedef enum seat {
-    ALONE,   /* in the simulation, which cannot ride */
+    ALONE,   /* in the simulation, which cannot be in a lane */
     CHANGED, /* in the simulation; all of it has to go to its lane */
     MOVED,   /* in the simulation; the lane has its parameters */
     SEEN,    /* in both */
@@ -40,7 +40,7 @@ struct stein_batch {
 
 /* state of place i from its lane into the simulation */
 void stein__batch_fetch(stein_batch *b, int i);
-/* the simulations of group g into their lanes; @return those that ride, one bit each */
+/* the simulations of group g into their lanes; @return those in lanes, one bit each */
 unsigned stein__batch_board(stein_batch *b, int g);
 
 #endif

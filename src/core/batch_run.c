@@ -69,8 +69,8 @@ static void step_away(berth *p, const aim *to, long n, double t)
 }
 
 /* The same number of steps for all places of group g that are wanted (one bit each), each to its
- * aims: as many as all of them are sure of, or to the first one that somebody took alone, which is
- * where events are. @return that number */
+ * aims: as many as all of them are sure of, or up to the first one that a simulation took alone,
+ * which is where events are. @return that number */
 static long step_group(stein_batch *b, int g, const aim *to, unsigned wanted, stein_err *err)
 {
     int first = g * b->lanes;

@@ -13,7 +13,7 @@
  * place. Closed forms only: an iterative closest-point search would buy nothing for these shapes
  * and cost determinism of time.
  */
-#include "press.h"
+#include "pair_force.h"
 
 /* what is known of a spot where it is compiled, beside the rest of it */
 typedef struct shape {

@@ -2,33 +2,32 @@
  * core.h - what the files of the core share.
  *
  *   of a simulation alone
- *      sim.c       create, parameters                  settle.c    static equilibrium, reset
- *      state.c     the state as a block                blame.c     why a motion ended
- *      dynamics.c  (t, q, qd) -> qdd                   step.c      fixed steps, located events
- *                                                      rest.c      what is left of them
- *      channel.c   output channels                     adapt.c     steps of controlled error
- *      linalg.c    M x = b, and any A x = b            handover.c  parameters from another thread
- *      law.c       the laws for others                 elementary.c  far and rare functions
- *      loops.c     closed loops and couplings          partition.c   their linear system
- *      assemble.c  start positions that close them     implicit.c, stiff.c  stiff motions
- *      stick.c     friction that sticks: what holds    stuck.c     when it begins and ends
- *      reaction.c  what joints and loops transmit
- *      status.c    errors                              identity.c  one hash of all that computes
- *      chart.c     joints that turn in all directions  space.c     contacts in space
+ *      sim.c             create, parameters               state.c        the state as a block
+ *      equilibrium.c     static equilibrium, reset        failure.c      why a motion ended
+ *      dynamics.c        (t, q, qd) -> qdd                channel.c      output channels
+ *      step.c            fixed steps, located events      adapt.c        steps of controlled error
+ *      step_remainder.c  what is left of fixed steps      implicit.c, stiff.c  stiff motions
+ *      linalg.c          M x = b, and any A x = b         law.c          the laws for others
+ *      loops.c           closed loops and couplings       partition.c    their linear system
+ *      assemble.c        start positions closing them     chart.c        balls without gimbal lock
+ *      stick.c           friction that sticks             stick_events.c when it begins and ends
+ *      space.c           contacts in space                status.c       errors
+ *      handover.c        parameters from a thread         elementary.c   far and rare functions
+ *      identity.c        one hash of all that computes    reaction.c     what joints transmit
  *
- *   in the words of real.h, once more for each number of lanes
- *      layout.c    memory                              contact.c   spots: where and how deep
- *      inputs.c    what drives it from outside         notch.c     the notch and its memory
- *      forces.c    all other forces, qdd               touch.c     pairs that touch and their laws
- *      trial.c     RK4, DP5                            table.c     laws given by points
- *      inside.c    within a trial step                 laws.h, elementary.h  inline
+ *   with the types of real.h, compiled again for each number of lanes
+ *      layout.c          memory                           contact.c      spots: where and how deep
+ *      inputs.c          external signals                 notch.c        the notch and its memory
+ *      forces.c          all other forces, qdd            touch.c        touching pairs, their laws
+ *      trial.c           RK4, DP5                         table.c        laws given by points
+ *      dense_output.c    within a trial step              laws.h, elementary.h  inline
  *
  *   of many, and of derivatives
- *      lanes.c     trial steps in lanes                tangent.c   derivatives of forces
- *      batch*.c    many simulations in lanes           slopes.c    the same for what touches
- *      processor.c how many lanes there are            derivative.c  derivatives of qdd
- *      balance.c   energies of a motion                sensitivity.c  derivatives of a motion
- *      linear*.c   a mechanism linearised              points.c    points off the plane along them
+ *      lanes.c           trial steps in lanes             tangent.c      derivatives of forces
+ *      batch*.c          many simulations in lanes        slopes.c       the same of contacts
+ *      processor.c       how many lanes there are         derivative.c   derivatives of qdd
+ *      balance.c         energies of a motion             sensitivity.c  derivatives of a motion
+ *      linear*.c         a mechanism linearised           points.c       points off the plane
  *
  * Guards. Every switch of the mechanism is a guard function g(q) and one byte of memory that says
  * on which side the motion is (mode 1: g > 0). Modes are constant within a Runge-Kutta step; a step
@@ -192,7 +191,7 @@ static inline int is_at_rest(int place_does)
     return place_does == STUCK || place_does == SHARES;
 }
 
-/** Work of stick.c, stuck.c; rows are those of the places that stick now. */
+/** Work of stick.c, stick_events.c; rows are those of the places that stick now. */
 typedef struct stein__sticks {
     int *joint;            /* [nq] place of the friction in a joint, -1: it does not stick */
     int *touch;            /* [nstick] where it touches, -1: nowhere; joints: always 0 */
@@ -210,8 +209,8 @@ typedef struct stein__sticks {
     int *row, *order;      /* [nstick] place of a row; independent rows */
     int nrow, rank;
     unsigned char *was, *done; /* [nstick] before a change; in it */
-    int deciding;              /* 1: rows of all that stick may be independent (stuck.c) */
-    int off;                   /* 1: nothing sticks or rubs where it could stick (settle.c) */
+    int deciding;              /* 1: rows of all that stick may be independent (stick_events.c) */
+    int off;                   /* 1: nothing sticks or rubs where it could stick (equilibrium.c) */
 } stein__sticks;
 
 /** How implicit steps are made (implicit.c). */
@@ -271,14 +270,14 @@ struct stein_sim {
     touch *touch;     /* [ntouch], up to nspot + 3*nnotch */
     int ntouch;
     real *slip, *grip;            /* u = v / vt of touches, then of acting joints, and its tanh */
-    wrench *wrench;               /* [nframe], and at -1 what nobody asks about */
+    wrench *wrench;               /* [nframe], and at -1 what is not asked for */
     stein_pose3 *pose3;           /* [npose3], and at -1 that of the fixed frame */
     wrench3 *wrench3;             /* [npose3], likewise */
     touch3 *touch3;               /* [ntouch], of those in space */
     real *M, *c, *inverse;        /* [nq*nq], [nq], [nq] */
     real *x, *xq, *xqd;           /* [width] {q, qd} as evaluated: prescribed ones in place */
     real *sc;                     /* [2*nq] sines and cosines of xq */
-    double *sc_asked;             /* [2*nq] the same of what somebody asks about */
+    double *sc_asked;             /* [2*nq] the same at a state that is asked for */
     real *ustate;                 /* [3*ninput] signals at the last evaluation */
     real *px, *pv, *pJ, *pa;      /* points */
     int width;                    /* 2*nq rounded up: a state {q, qd} in blocks of STEIN__SUMS */
@@ -313,13 +312,13 @@ struct stein_sim {
     double span;      /* of the last trial step [s] */
     double tolerance; /* of a step of controlled error [rad or m] */
     unsigned taken;   /* how often parameters have been */
-    void *rider; /* what goes along with the motion (sensitivity.c, balance.c), told of every step
-                  * taken, of every switch, before and after, and when it is to get off; NULL:
-                  * nothing */
-    void (*on_accept)(void *rider, stein_sim *sim, double h);
-    void (*on_switch)(void *rider, stein_sim *sim, int flipped);
-    void (*on_end)(void *rider);
-    int rides_with_explicit; /* 1: the rider knows explicit steps only */
+    void *follower;   /* what follows the motion (sensitivity.c, balance.c), told of every step
+                       * taken, of every switch, before and after, and when it is to get off; NULL:
+                       * nothing */
+    void (*on_accept)(void *follower, stein_sim *sim, double h);
+    void (*on_switch)(void *follower, stein_sim *sim, int flipped);
+    void (*on_end)(void *follower);
+    int follower_is_explicit; /* 1: the follower knows explicit steps only */
 #if STEIN_LANES > 1
     const stein_lanes *lanes;
     mask *bound;              /* [ninput] lanes with a signal there */
@@ -581,7 +580,7 @@ stein_status stein__stick_look(stein_sim *sim);
 double stein__stick_rate(stein_sim *sim, int place);
 /* do two rows hold the same? 1, -1: against each other; 0: no */
 int stein__stick_alike(const stein__sticks *s, int a, int b);
-/* stuck.c: what every place does at the present speeds and forces */
+/* stick_events.c: what every place does at the present speeds and forces */
 void stein__stick_begin(stein_sim *sim);
 /* after switches of other guards, in crossed[], and of its own */
 void stein__stick_switch(stein_sim *sim);
@@ -668,7 +667,7 @@ static inline int stein__next_end(const stein_sim *sim, double t_end, double *en
     return whole;
 }
 
-/* a run is at its end: the grid begins anew there */
+/* a run is at its end: the grid begins again there */
 static inline void stein__end_run(stein_sim *sim, double t_end)
 {
     sim->head->t0 = t_end;
@@ -677,7 +676,7 @@ static inline void stein__end_run(stein_sim *sim, double t_end)
 #endif
 
 #if STEIN_LANES > 0
-/* inside.c: dense output of the trial step at theta in 0..1 of h, a quintic Hermite if it was
+/* dense_output.c: dense output of the trial step at theta in 0..1 of h, a quintic Hermite if it was
  * explicit; qd may be
  * NULL */
 INNER void stein__interpolate(const stein_sim *sim, real h, double theta, real *q, real *qd);
@@ -747,7 +746,7 @@ stein_status stein__pace_begin(stein_sim *sim, double t_end, const stein_pace *p
                                stein__pacer *p, stein_err *err);
 stein_status stein__pace_next(stein_sim *sim, const stein_pace *pace, stein__pacer *p,
                               stein_err *err);
-/* a trial of p->h; who makes it elsewhere grades it, too, unless it is a repeated one */
+/* a trial of p->h, judged as well. (A trial made in a lane is judged by stein__pace_judge.) */
 stein_status stein__pace_try(stein_sim *sim, const stein_pace *pace, stein__pacer *p,
                              stein_err *err);
 stein_status stein__pace_judge(stein_sim *sim, stein_pace *pace, stein__pacer *p,
@@ -757,21 +756,22 @@ stein_status stein__run_controlled(stein_sim *sim, double t_end, stein_pace *pac
 void stein__pace_end(stein_sim *sim, stein_pace *pace, double t_end);
 /* ENONFINITE where the end of the trial step of h is no number */
 stein_status stein__check_finite(stein_sim *sim, double h, stein_err *err);
-/* rest.c: an abrupt trial step to `target`, if it is too long for a contact: *taken, implicitly.
- * Else it stays as it is, and the forces are not those of its end (KNOWN). lost: its end is no
- * number.
+/* step_remainder.c: an abrupt trial step to `target`, if it is too long for a contact: *taken,
+ * implicitly. Else it stays as it is, and the forces are not those of its end (KNOWN). lost: its
+ * end is no number.
  * @return as stein__take_rest */
 stein_status stein__take_abrupt(stein_sim *sim, double target, int lost, int *taken,
                                 stein_err *err);
-/* rest.c: from a trial step to `target` that has events to `target`, whose events are not located.
+/* step_remainder.c: from a trial step to `target` that has events to `target`, whose events are not
+ * located.
  * @return OK, ECHATTER (a contact is too short for it), ENONFINITE, ESINGULAR */
 stein_status stein__take_rest(stein_sim *sim, double target, stein_err *err);
-/* blame.c: a unit force at what touches, along its normal or across it, into Q, which is zero */
+/* failure.c: a unit force at what touches, along its normal or across it, into Q, which is zero */
 void stein__probe(stein_sim *sim, const touch *t, int across);
-/* blame.c: what happened in a step of h from the current state, and why, into err (nullable): a
+/* failure.c: what happened in a step of h from the current state, and why, into err (nullable): a
  * signal or hook without a number, a contact that is too stiff, and what it needs. Returns code. */
-stein_status stein__blame(stein_sim *sim, double h, stein_status code, const char *what,
-                          stein_err *err);
+stein_status stein__explain_failure(stein_sim *sim, double h, stein_status code, const char *what,
+                                    stein_err *err);
 
 /* channel.c */
 void stein__note_rest(stein_sim *sim);
@@ -794,7 +794,7 @@ INNER void stein__tables_prepare(stein_sim *sim);
 INNER void stein__tables_joints(stein_sim *sim);
 INNER real stein__tables_normal(const stein_sim *sim, int index, real force, real x, real xdot);
 
-/* settle.c */
+/* equilibrium.c */
 stein_status stein__settle(stein_sim *sim, stein_err *err);
 
 #endif

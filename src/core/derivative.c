@@ -181,7 +181,7 @@ stein_status stein__derivative_at(stein_derivative *s, stein_sim *sim, double t,
     stein_status status;
     s->sim = NULL;
     sim->fresh = STALE;
-    sim->inside = INSIDE; // nobody asks about guards
+    sim->inside = INSIDE; // guards are not asked for
     status = stein__evaluate(sim, t, q, qd, s->qdd, err);
     sim->inside = AT_END;
     if (status != STEIN_OK) {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * direction.h - the door between a simulation and the derivatives of its forces: plain numbers
+ * direction.h - the interface between a simulation and the derivatives of its forces: plain numbers
  * only, so that files whose reals are numbers with a derivative (tangent.h) can meet the others
  * here.
  * Included by: this folder.

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * elementary.c - elementary functions where a mechanism rarely is, and those it rarely asks for.
+ * elementary.c - elementary functions beyond their common ranges, and rarely used ones.
  *
  * The common ranges of sine, cosine, exp and log are inline (elementary.h). Here are their ends,
  * tangent and power; so nothing of libm that rounds in its own way is left in the core.

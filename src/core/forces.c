@@ -3,9 +3,10 @@
  *
  *      M(q) qdd + c(q, qd) = Q
  *
- * All forces act in Q. Those of contacts and notches and those at points of planar bodies (links,
- * inputs at a point) are summed to a wrench a body and go down the tree from joint to joint in
- * fixed axes: through frc and trq of c they would be turned into the axes of their body and back.
+ * All forces act in Q. Forces of contacts, of notches and at points of planar bodies (links,
+ * inputs at a point) are summed to a wrench a body. Wrenches go down the tree from joint to
+ * joint in fixed axes. Through frc and trq of c they would be turned into the axes of their body
+ * and back.
  * Forces at points that leave the plane go through the generated Jacobians.
  */
 #include "core.h"

@@ -15,9 +15,9 @@
  *
  *      (g - B - A/g) u_qd = r_qd + A r_q / g,    u_q = (u_qd + r_q) / g
  *
- * Order 5 rather than Rodas4's 4: with 1e-12 a step, which is what a run asks for by itself, its
- * steps are four times as long at 8 stages against 6, and errors control the next step by the same
- * exponents as those of Dormand & Prince. Rejected: BDF, which begins again with order 1 at every
+ * Order 5 rather than Rodas4's 4: with the default tolerance of 1e-12 a step its steps are four
+ * times as long, at 8 stages against 6. Errors control the next step by the same exponents as
+ * those of Dormand & Prince. Rejected: BDF, which begins again with order 1 at every
  * contact; implicit Runge-Kutta, whose Newton iterations cost more here than exact derivatives.
  */
 #include <math.h>
@@ -56,7 +56,7 @@ static const double c[STAGES][STAGES - 1] = {
     {37.80277123390563, -3.2571969029072276, 112.26918849496327, 66.9347231244047,
      -40.06618937091002, -54.66780262877968, -9.48861652309627}};
 
-/* dense output: see inside.c */
+/* dense output: see dense_output.c */
 static const double dense[3][STAGES] = {
     {25.948786856663858, -2.5579724845846235, 10.433815404888879, -2.3679251022685204,
      0.524948541321073, 1.1241088310450404, 0.4272876194431874, -0.17202221070155493},

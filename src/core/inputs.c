@@ -34,7 +34,8 @@ INNER void stein__inputs(stein_sim *sim)
 
 #if STEIN_LANES > 0
 
-/* what the signal of input i is at t, of those that are asked; 0 of others. @return who they are */
+/* what the signal of input i is at t, of those that are asked; 0 of others. @return which they are
+ */
 static inline mask ask(const stein_sim *sim, int i, real t, real u[3])
 {
 #if STEIN_LANES == 1

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * lane.h - the door between a simulation and the lane it rides in: plain numbers only, so that
+ * lane.h - the interface between a simulation and its lane: plain numbers only, so that
  * files compiled for any number of lanes can meet here.
  * Included by: this folder.
  */

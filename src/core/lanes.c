@@ -15,7 +15,7 @@
 #include "contact.c"
 #include "forces.c"
 #include "inputs.c"
-#include "inside.c"
+#include "dense_output.c"
 #include "layout.c"
 #include "notch.c"
 #include "table.c"

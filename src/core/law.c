@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * law.c - normal and friction laws for whoever is outside. The equations stand in law.h.
+ * law.c - normal and friction laws for other programs. The equations stand in law.h.
  */
 #include "laws.h"
 

@@ -3,7 +3,7 @@
  *
  *      M qdd + c = Q + J^T lambda,    J qdd = -Jdot qd
  *
- * Coordinate partitioning (Wehage & Haug 1982) with pivots chosen anew in every evaluation:
+ * Coordinate partitioning (Wehage & Haug 1982) with pivots chosen again in every evaluation:
  * Gauss-Jordan elimination of J with complete pivoting gives the dependent accelerations by the
  * independent ones, v = s - A u, and what is left is a small positive definite system,
  *
@@ -12,8 +12,8 @@
  * Rejected: the matrix of all qdd and lambda at once (KKT), or J M^-1 J^T. Both are larger - of a
  * four-bar 5 unknowns or the factors of M and a 2 x 2 matrix, here 1 - and the second one needs an
  * M that is regular without the loops, which bodies without mass in a loop do not give. All
- * coordinates are integrated, so there is no memory of which ones are independent: the choice does
- * not change qdd but by rounding, it depends on the state alone, and no step is cut at a change.
+ * coordinates are integrated, so there is no memory of which ones are independent. The choice
+ * depends on the state alone and changes qdd by rounding only; no step is cut at a change.
  *
  * Nothing drifts, because every step ends on h = 0 and J qd = 0: a Newton step or two in the metric
  * of M, min dq^T M dq, the same system with another right-hand side. For speeds that is an impulse

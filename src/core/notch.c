@@ -31,7 +31,7 @@
  * -(E - C).n_v. At escapement the corner loses the beak at once, and the force drops to zero: the
  * step is cut exactly there.
  */
-#include "press.h"
+#include "pair_force.h"
 
 static inline real dot(vec2 a, vec2 b)
 {

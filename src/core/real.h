@@ -5,7 +5,7 @@
  * lanes (STEIN_LANES, see model.h). With one lane `real` is a double, `mask` an int and every
  * choice a branch that the compiler sees through. With more, conditions are masks, both sides of a
  * choice are worked out and each lane takes its own; any() and every() leave out what no lane
- * wants.
+ * needs.
  *
  *      real f = stiff(x);
  *      if (any(is_worn)) {                  one lane: if (is_worn)
@@ -76,7 +76,7 @@ static inline mask mask_of(flag f)
     return f;
 }
 
-/* x where it is wanted, else 0; with one lane nobody comes here who does not want it */
+/* x where it is wanted, else 0; with one lane it is always wanted */
 static inline real only(mask wanted, real x)
 {
     (void)wanted;

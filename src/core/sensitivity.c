@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * sensitivity.c - directions that ride with a simulation (sensitivity.h).
+ * sensitivity.c - directions that follow a simulation (sensitivity.h).
  *
  * A step is carried on after it was taken: the stages' derivatives k_i are still there, so the
  * stages are too,
@@ -268,12 +268,12 @@ static void pass(void *ctx, stein_sim *sim, int flipped)
 
 /* ---- outside ---- */
 
-/* the simulation ends, or another one rides with it */
+/* the simulation ends, or another one follows it */
 static void get_off(void *ctx)
 {
     stein_sensitivity *s = ctx;
-    s->sim->rider = NULL;
-    s->sim->rides_with_explicit = 0;
+    s->sim->follower = NULL;
+    s->sim->follower_is_explicit = 0;
     s->sim = NULL;
     stein__fail(&s->err, STEIN_EINVAL,
                 "\"%s\": no sensitivity beyond where its simulation was destroyed, or given to "
@@ -301,11 +301,11 @@ stein_status stein_sensitivity_attach(stein_sensitivity *s, stein_sim *sim, stei
         }
         return s->err.code;
     }
-    if (sim->rider != NULL) {
-        sim->on_end(sim->rider);
+    if (sim->follower != NULL) {
+        sim->on_end(sim->follower);
     }
-    sim->rider = s;
-    sim->rides_with_explicit = 1;
+    sim->follower = s;
+    sim->follower_is_explicit = 1;
     sim->on_accept = carry;
     sim->on_switch = pass;
     sim->on_end = get_off;

@@ -127,8 +127,8 @@ stein_status stein_sim_create(stein_sim **out, const stein_model *model, const s
 void stein_sim_destroy(stein_sim *sim)
 {
     if (sim != NULL) {
-        if (sim->rider != NULL) {
-            sim->on_end(sim->rider);
+        if (sim->follower != NULL) {
+            sim->on_end(sim->follower);
         }
         sim->def.release(sim->def.ctx, sim);
     }

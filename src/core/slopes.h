@@ -93,7 +93,7 @@ struct stein_derivative {
 };
 
 /* derivative.c: bytes of a block for stein__derivative_make(), 0 of a model without derivatives;
- * such a one lives in a block of somebody else */
+ * the block is the caller's */
 size_t stein__derivative_size(const stein_model *model);
 stein_derivative *stein__derivative_make(void *block, const stein_model *model);
 /* derivative.c: as stein_derivative_at, of a simulation that no hook of forces acts on. Forces at

@@ -15,7 +15,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "press.h"
+#include "pair_force.h"
 
 static double dot(const double a[3], const double b[3])
 {

@@ -3,9 +3,9 @@
  *
  *      format | equations | size | checksum | time, grid, load | q, qd | rest | modes
  *
- * A block may come from a file or another process, so nothing of it is believed: the format names
- * itself, the equations are those of the model, size and checksum agree, and what is left are
- * finite numbers and modes that exist. The checksum finds damage; it is no defence against who
+ * A block may come from a file or another process, so all of it is checked: format, equations,
+ * size and checksum, numbers that are finite, modes that exist.
+ * The checksum finds damage; it is no defence against who
  * wants to forge a block, which is why the values are looked at as well.
  */
 #include <math.h>

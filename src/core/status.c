@@ -2,7 +2,7 @@
  * status.c - texts of the codes, and the formatter of messages.
  *
  * The core has no stdio (it also runs where there is none), so messages are put together by a
- * formatter of thirty lines that knows %s, %d and %g (9 significant digits, scientific).
+ * formatter of thirty lines for %s, %d and %g (9 significant digits, scientific).
  */
 #include <math.h>
 #include <stdarg.h>

@@ -1,20 +1,21 @@
 /* SPDX-License-Identifier: MIT
  * step.c - fixed-step Runge-Kutta with located events.
  *
- * The derivative at the end of a step is evaluated anyway: it is the first stage of the next step,
- * it gives the guards their end values for nothing, and with it q is known to order 6 inside the
- * step (quintic Hermite from q, qd, qdd at both ends) - one dense output for both methods
- * (implicit.c has its own).
+ * The derivative at the end of a step is evaluated anyway: it is the first stage of the next
+ * step, and gives the guards their end values at no cost. With it q is known to order 6 inside
+ * the step (quintic Hermite from q, qd, qdd at both ends). That is one dense output for both
+ * methods (implicit.c has its own).
  *
- * A step that ends with a guard on the other side of its mode is thrown away and repeated up to the
- * first root of that guard; there the mode flips, the derivative is taken anew and the rest of the
- * step follows. So no Runge-Kutta step ever spans a switch of the force laws, and event times are
+ * A step that ends with a guard on the other side of its mode is rejected and repeated up to the
+ * first root of that guard. There the mode flips, the derivative is evaluated again and the rest
+ * of the step follows.
+ * So no Runge-Kutta step ever spans a switch of the force laws, and event times are
  * as accurate as the method. Stepping over a switch would cost the order and, at escapement where
  * the force jumps, any accuracy at all.
  *
  * The work of a step is bounded. After LOCATED events, or where a contact ends where it has just
- * begun, what is left of the step is taken in one piece (rest.c), and so is a step that is too long
- * for a contact. Friction that sticks needs every one of its events, 200 at most.
+ * begun, what is left of the step is taken in one piece (step_remainder.c), and so is a step that
+ * is too long for a contact. Friction that sticks needs every one of its events, 200 at most.
  */
 #include <math.h>
 #include <string.h>
@@ -244,7 +245,7 @@ stein_status stein__check_finite(stein_sim *sim, double h, stein_err *err)
             stein_err why;
             stein__fail(&why, STEIN_ENONFINITE, "the state of joint \"%s\" is no longer finite",
                         sim->model->bodies[j].name);
-            return stein__blame(sim, h, STEIN_ENONFINITE, why.msg, err);
+            return stein__explain_failure(sim, h, STEIN_ENONFINITE, why.msg, err);
         }
     }
     return STEIN_OK;
@@ -258,8 +259,8 @@ void stein__accept(stein_sim *sim, double t1)
     memcpy(sim->qdd, sim->qdd1, sizeof *sim->qdd * nq);
     sim->head->t = t1;
     sim->fresh = FRESH;
-    if (sim->rider != NULL) {
-        sim->on_accept(sim->rider, sim, sim->span);
+    if (sim->follower != NULL) {
+        sim->on_accept(sim->follower, sim, sim->span);
     }
 }
 
@@ -277,8 +278,8 @@ stein_status stein__try(stein_sim *sim, double h, int implicit, stein_err *err)
 void stein__flip_crossed(stein_sim *sim)
 {
     const stein_model *model = sim->model;
-    if (sim->rider != NULL) {
-        sim->on_switch(sim->rider, sim, 0);
+    if (sim->follower != NULL) {
+        sim->on_switch(sim->follower, sim, 0);
     }
     for (int i = 0; i < model->nspot; i++) {
         if (sim->crossed[i]) {
@@ -294,8 +295,8 @@ void stein__flip_crossed(stein_sim *sim)
     if (model->nstick > 0) {
         stein__stick_switch(sim);
     }
-    if (sim->rider != NULL) {
-        sim->on_switch(sim->rider, sim, 1);
+    if (sim->follower != NULL) {
+        sim->on_switch(sim->follower, sim, 1);
     }
 }
 

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * stick.c - dry friction that sticks: what holds the places that stick now (stuck.c says which).
+ * stick.c - dry friction that sticks: what holds the places that stick now (stick_events.c says
+ * which).
  *
  * A place is a joint or a spot of a contact. While it slips, its friction is the level of its law
  * against the sliding, of which the direction is kept: no jump within a step. While it sticks, its
@@ -24,9 +25,9 @@
  * Guards, all >= 0 until a place changes: limit - |f| while it sticks, the speed in its direction
  * while it slips.
  *
- * A joint that sticks keeps its coordinate to the bit. A spot on a line returns to where it has
- * stuck at the end of every step, so that nothing creeps; between two circles v is the rate of no
- * function of q, and only its speed is held.
+ * A joint that sticks keeps its coordinate to the bit. A spot on a line returns at the end of
+ * every step to where it has stuck, so that nothing creeps. Between two circles v is the rate of
+ * no function of q, so only the speed is held.
  */
 #include <math.h>
 #include <string.h>
@@ -133,8 +134,8 @@ static int is_locked(const stein_sim *sim, int r)
     return !(sim->hold.S[r * sim->hold.nrow + r] > locked * usual);
 }
 
-/* How much of a row is new, in shares of its size; 0: nothing, or it is not to be independent. Who
- * has held goes before others, who has shared goes on until it has parted. */
+/* How much of a row is new, in shares of its size; 0: nothing, or it is not to be independent. A
+ * place that has held comes before others; one that has shared does so until it has parted. */
 static double is_new(const stein_sim *sim, int r)
 {
     const stein__sticks *s = &sim->hold;

@@ -139,7 +139,7 @@ void stein__tangent_forces(void *tangent, const stein__direction *way, double *d
 {
     stein_sim *sim = tangent;
     turn_to(sim, way);
-    sim->inside = IN_STAGE; // nobody asks about guards
+    sim->inside = IN_STAGE; // guards are not asked for
     stein__forces(sim);
     slopes_to(sim->Q, sim->model->nq, dQ);
     turn_back(sim, way);

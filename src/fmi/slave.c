@@ -11,7 +11,7 @@
  * it, u + u' s + u'' s^2/2 with s counted from when it was set; so does a force that has slopes.
  *
  * What is set is only noted. It reaches the simulation before the next step or reading: in
- * Initialization Mode by working out the initial state anew.
+ * Initialization Mode by working out the initial state again.
  */
 #include <math.h>
 #include <stdlib.h>

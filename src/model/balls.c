@@ -4,7 +4,7 @@
  *      free:  T x, T y, T z, then a ball          ball:  chart (R z), R x, R y, R z
  *
  * The last one carries the body, the others are bodies without mass. The chart never moves by
- * itself: the core sets its angle anew, and the three others with it, before two axes become
+ * itself: the core sets its angle again, and the three others with it, before two axes become
  * parallel (src/core/chart.c). Names of the joints before the last one have a dot, which those of a
  * file cannot have.
  */

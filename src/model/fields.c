@@ -49,6 +49,18 @@ static const char *next_word(mech__reader *rd, const char **list)
     return word;
 }
 
+/* "damping:" without a number is no damping; a section without entries is nothing to tell */
+static void warn_empty(mech__reader *rd, const mech__node *entry, const char *what)
+{
+    const char *key = entry->key->text;
+    int is_section = strcmp(what, "the file") == 0 || strcmp(key, "points") == 0;
+
+    if (is_empty(entry) && !is_section) {
+        mech__warn_at(rd, entry->key, "warning: \"%s\" in %s has no value and is left out",
+                      mech__shown(rd, key), what);
+    }
+}
+
 static void check_key(mech__reader *rd, const mech__node *entry, const char *what, const char *keys)
 {
     mech__nearest near = {entry->key->text, NULL, 0};
@@ -60,6 +72,7 @@ static void check_key(mech__reader *rd, const mech__node *entry, const char *wha
     }
     while ((word = next_word(rd, &list))) {
         if (strcmp(word, entry->key->text) == 0) {
+            warn_empty(rd, entry, what);
             return;
         }
         mech__offer(&near, word);

@@ -17,11 +17,28 @@
 static stein_status problem(stein_err *err, stein_status code, const char *file, const char *what)
 {
     if (err) {
+        enum { SHOWN = 120 }; // of a long path, its end
+        size_t n = strlen(file);
+        int cut = n > SHOWN;
+
         err->code = code;
-        snprintf(err->msg, sizeof err->msg, "%.120s: %s", file, what);
+        snprintf(err->msg, sizeof err->msg, "%s%.*s: %.110s", cut ? "..." : "", SHOWN,
+                 cut ? file + n - SHOWN : file, what);
         mech__one_line(err->msg);
     }
     return code;
+}
+
+/** A file that cannot be opened or read, with the system's reason (an errno). */
+static stein_status no_file(stein_err *err, const char *file, const char *what, int cause)
+{
+    char text[MECH__WHY];
+
+    if (*file == '\0') {
+        return problem(err, STEIN_EIO, "\"\"", "the path of the mechanism file is empty");
+    }
+    snprintf(text, sizeof text, "the file cannot be %s: %s", what, strerror(cause));
+    return problem(err, STEIN_EIO, file, text);
 }
 
 /** FNV-1a, 64 bits: identifies the input, no protection against intent. */
@@ -152,10 +169,11 @@ stein_status mech_read(mechanism **out, const char *file, const mech_set *set, i
 {
     int saved = errno;
     FILE *f = fopen(file, "rb");
+    int cause = errno;
 
     errno = saved;
     if (!f) {
-        return problem(err, STEIN_EIO, file, "the file cannot be opened");
+        return no_file(err, file, "opened", cause);
     }
 
     /* one byte more than allowed tells a file that is too large */
@@ -164,12 +182,13 @@ stein_status mech_read(mechanism **out, const char *file, const mech_set *set, i
     int bad = ferror(f);
     stein_status status;
 
+    cause = errno; // of fread, when it failed
     fclose(f);
     errno = saved;
     if (!text) {
         status = problem(err, STEIN_ENOMEM, file, "out of memory");
     } else if (bad) {
-        status = problem(err, STEIN_EIO, file, "the file cannot be read");
+        status = no_file(err, file, "read", cause);
     } else {
         status = mech_read_text(out, file, text, size, set, nset, report, ctx, err);
     }

@@ -75,7 +75,7 @@ typedef struct mech_formula {
     char text[MECH_PATH]; /* as written */
 } mech_formula;
 
-/** Laws, every entry present (neutral where the file says nothing), in the order of the blocks of
+/** Laws, every entry present (neutral where the file states nothing), in the order of the blocks of
  *  stein/model.h. */
 typedef struct mech_friction {
     mech_scalar v[STEIN_FRICTION_SIZE];
@@ -210,7 +210,7 @@ typedef struct mech_dial {
     char label[2 * MECH_NAME];
 } mech_dial;
 
-/** What the file says in words of an entry of a section; of the file: both names empty. */
+/** What the file states in words of an entry of a section; of the file: both names empty. */
 typedef struct mech_about {
     char section[MECH_NAME], entry[MECH_PATH];
     char *text;

@@ -167,7 +167,7 @@ static void read_joint(mech__reader *rd, int index)
         }
         b->type = 'R';
         b->axis = 'y';
-        b->sign = 1;
+        b->sign = 0; // not read: units of what acts in it are unknown
     }
 }
 
@@ -406,7 +406,7 @@ static void read_body(mech__reader *rd, int index)
     read_at(rd, mech__first_joint(b), b->name, mech__get(entry, "at"));
     if (b->ball) {
         mech__ball_initial(rd, b, mech__get(entry, "initial"));
-    } else if (!fixed) {
+    } else if (!fixed && b->sign != 0) {
         read_joint_numbers(rd, b, entry);
     }
     place_points(rd, mech__get(entry, "points"), index);

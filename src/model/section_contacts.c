@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * section_contacts.c - links, contacts, notches and the free load's contact.
  *
- * The mechanism knows only spots: a circle (or an end of a line) against a circle or a line. So a
+ * The mechanism has only spots: a circle (or an end of a line) against a circle or a line. So a
  * line that comes first changes places with the point it meets, a line against a line is written
  * out as its two ends, and the load as a contact between its flat underside and the point under it.
  */

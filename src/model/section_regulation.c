@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * section_regulation.c - what a hand may turn while the mechanism runs, and what the file says
+ * section_regulation.c - what a hand may turn while the mechanism runs, and what the file states
  * about its parts in words.
  *
  *   regulation:

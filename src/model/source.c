@@ -259,6 +259,8 @@ static void parser_problem(builder *b, const yaml_parser_t *p, const char *text,
         b->rd->nomem = 1;
     } else if (p->error == YAML_READER_ERROR) {
         reader_problem(b, p, text, size);
+    } else if (p->problem_mark.index < size && text[p->problem_mark.index] == '\t') {
+        fatal(b, &p->problem_mark, "a tab, expected blanks: YAML does not indent with tabs");
     } else {
         char *what = mech__print(b->rd, "not valid YAML: %s%s%s", p->problem ? p->problem : "error",
                                  p->context ? " " : "", p->context ? p->context : "");
@@ -303,7 +305,8 @@ void mech__tree(mech__reader *rd, const char *text, size_t size)
         mech__node start = {.line = 1, .column = 1};
 
         mech__problem_at(rd, b.root ? b.root : &start,
-                         "expected a mapping that begins with \"mechanism: NAME\"");
+                         "%sexpected a mapping that begins with \"mechanism: NAME\"",
+                         b.root ? "" : "the file is empty, ");
         go = -1;
     }
     rd->root = go == 1 ? b.root : NULL;

@@ -89,7 +89,26 @@ static size_t unit_word(const char *s)
     return n;
 }
 
-/** "Nm" is meant as "N m", "KG" as "kg". */
+/** The two units whose names a word consists of: {"N", "m"} of "Nm". @return length of the first, 0
+ */
+static size_t two_units(const char *s, size_t n, const unit **first, const unit **second)
+{
+    for (size_t i = 1; i < n; i++) {
+        *first = find_unit(s, i);
+        *second = find_unit(s + i, n - i);
+        if (*first && *second) {
+            return i;
+        }
+    }
+    return 0;
+}
+
+static int same_kind(const unit *a, const unit *b)
+{
+    return a->kg == b->kg && a->m == b->m && a->s == b->s && a->rad == b->rad;
+}
+
+/** "Nm" is meant as "N m", "gg" as "g" (two masses are no product), "KG" as "kg". */
 static void unknown_unit(const char *s, size_t n, char why[MECH__WHY])
 {
     char word[32] = "";
@@ -97,12 +116,18 @@ static void unknown_unit(const char *s, size_t n, char why[MECH__WHY])
     int shown = n < sizeof word ? (int)n : (int)sizeof word - 1;
 
     memcpy(word, s, (size_t)shown);
-    for (size_t i = 1; i < n; i++) {
-        if (find_unit(s, i) && find_unit(s + i, n - i)) {
-            snprintf(why, MECH__WHY, "unknown unit \"%s\", did you mean \"%.*s %s\"?", word, (int)i,
-                     word, word + i);
-            return;
-        }
+    const unit *first, *second;
+    size_t split = two_units(s, n, &first, &second);
+    if (split > 0 && same_kind(first, second)) {
+        const char *longer =
+            strlen(first->name) < strlen(second->name) ? second->name : first->name;
+        snprintf(why, MECH__WHY, "unknown unit \"%s\", did you mean \"%s\"?", word, longer);
+        return;
+    }
+    if (split > 0) {
+        snprintf(why, MECH__WHY, "unknown unit \"%s\", did you mean \"%.*s %s\"?", word, (int)split,
+                 word, word + split);
+        return;
     }
     for (int i = 0; i < NUNITS; i++) {
         mech__offer(&near, units[i].name);

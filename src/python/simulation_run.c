@@ -8,7 +8,7 @@
 
 enum { ROWS = 3000 }; /* as stein simulate: where no interval is asked for */
 
-/** How a run changes with parameters: directions that ride with it. */
+/** How a run changes with parameters: directions that follow it. */
 typedef struct slopes {
     py__texts by;
     stein_sensitivity *ride; /* NULL: nobody asks */

@@ -22,14 +22,15 @@ START_TEST(text_that_is_no_plain_yaml_is_refused)
         {"mechanism: demo", "%TAG !e! tag:example.org,2026:\n---\nmechanism: demo", "%TAG",
          "tags (!) are not allowed"},
         {"simulation:", "---\nsimulation:", "---", "a second document begins"},
-        {"mass: 3.9 g", "\tmass: 3.9 g", "\tmass", "not valid YAML"},
+        {"mass: 3.9 g", "\tmass: 3.9 g", "\tmass", "a tab, expected blanks"},
+        {"mass: 3.9 g", "mass: @3.9 g", "@3.9", "not valid YAML"},
         {"    mass: 3.9 g", "    {a: b}: 3.9 g", "{a: b}", "a key must be a word"},
         {"mass: 3.9 g", "mass: \"3.9\\0 g\"", "\"3.9\\0", "NUL"},
         {"about: the lever", "about: [1, 2]", "[1, 2]", "single text|found a list"},
     };
 
     REFUSE_ALL(r);
-    refuse_text("", 0, NULL, 0, "", "expected a mapping");
+    refuse_text("", 0, NULL, 0, "", "the file is empty, expected a mapping");
     refuse_text("- a\n", 4, NULL, 0, "", "expected a mapping");
     refuse_text("\xEF\xBB\xBF- a\n", 7, NULL, 0, "", "expected a mapping"); // behind a mark
     refuse_text("a: b\n\xff", 6, NULL, 0, "\xff", "not plain UTF-8");

@@ -45,6 +45,8 @@ START_TEST(a_missing_key_is_named_at_what_lacks_it)
         {"{k: 0.0413 N m/rad, theta0: -0.347 rad}", "{theta0: 1}", "spring: {theta0",
          "the spring of a turning joint lacks \"k\""},
         {"  pawl:\n    joint: R -y\n", "  pawl:\n", "pawl:\n", "a body lacks \"joint\""},
+        {"  pawl:\n    joint: R -y\n", "  pawl:\n    preload: 1 N\n", "pawl:\n",
+         "a body lacks \"joint\""}, // its unit is not known then
         {", length: 0.127 m", "", "tie:", "a link lacks \"length\""},
         {", k: 93 N/m", "", "tie:", "a link lacks \"k\""},
         {"from: frame.anchor, ", "", "tie:", "a link lacks \"from\""},
@@ -94,7 +96,7 @@ START_TEST(a_number_of_the_wrong_kind_is_refused)
         {"radius: 1.9 mm", "radius: +- 1.9 mm", "+- 1.9", "expected a"},
         {"3.9 g", "3.9 g heavy", "heavy", "unknown unit \"heavy\""},
         {"3.9 g", "3.9 g 7", "7\n    inertia: {yy: 4.1", "unexpected text"},
-        {"3.9 g", "3.9 kgg", "kgg", "unknown unit \"kgg\", did you mean \"kg g\"?"},
+        {"3.9 g", "3.9 kgg", "kgg", "unknown unit \"kgg\", did you mean \"kg\"?"},
         {"3.9 g", "-3.9 g", "-3.9 g", "pawl.mass|must not be negative"},
         {"3.9 g", "[3.9 g]", "[3.9 g]", "a single number [kg], found a list"},
         {"3.9 g", "{value: 3.9 g}", "{value: 3.9", "a single number [kg], found a mapping"},

@@ -100,12 +100,16 @@ static int read_time(data__reader *r, const char *text, data__cell cell, double 
     if (!number(r, text, cell, r->time_at, t)) {
         return 0;
     }
-    if (*t <= r->last) {
+    if (*t == r->last) {
         data__problem(&r->problems, TIME_ORDER, line, column,
-                      "the time %s from %s s to %s s, "
-                      "expected rows in increasing time",
-                      *t < r->last ? "goes back" : "stands still,", lab__number(before, r->last),
+                      "the time %s s stands twice, expected rows in increasing time",
                       lab__number(now, *t));
+        return 0;
+    }
+    if (*t < r->last) {
+        data__problem(&r->problems, TIME_ORDER, line, column,
+                      "the time goes back from %s s to %s s, expected rows in increasing time",
+                      lab__number(before, r->last), lab__number(now, *t));
         r->last = *t;
         return 0;
     }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * data_compare.c - does the model move as a record says, with the numbers of both files?
+ * data_compare.c - does the model move as a record shows, with the numbers of both files?
  *
  * Only gross errors of reading are looked for, so the comparison has to be quick and must not
  * depend on noise, on offsets or on parameters that are wrong by some per cent:

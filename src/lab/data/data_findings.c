@@ -2,8 +2,8 @@
  * data_findings.c - an audit in words: what limits a fit, and all of it as lines of text.
  *
  * A finding is a sentence with its figures, so that the reader can disagree. The trigger is judged
- * only where t = 0 means something: the file says that it is synchronised, or says nothing and the
- * mechanism has a stroke.
+ * only where t = 0 means something: the file states that it is synchronised, or says nothing and
+ * the mechanism has a stroke.
  */
 #include <math.h>
 #include <stdarg.h>
@@ -255,10 +255,12 @@ stein_status lab_audit_text(const lab_audit *a, lab_report_fn *line, void *ctx, 
     const lab_data *d = a->data;
     out o = {line, ctx, 0};
     char x[DATA_SHOWN], y[DATA_SHOWN], z[DATA_SHOWN], w[DATA_SHOWN];
+    int even = a->jitter_sd < 1e-9 * a->interval; // round-off of written times
     put(&o,
-        lab__text("%s: %d rows, %s .. %s, %s, jitter %s, %d gap%s", d->file, d->nrow,
+        lab__text("%s: %d rows, %s .. %s, %s, %s%s, %d gap%s", d->file, d->nrow,
                   data__quantity(x, d->time[0], "s"), data__quantity(y, d->time[d->nrow - 1], "s"),
-                  data__quantity(z, a->rate, "Hz"), data__quantity(w, a->jitter_sd, "s"), a->gaps,
+                  data__quantity(z, a->rate, "Hz"), even ? "no jitter" : "jitter ",
+                  even ? "" : data__quantity(w, a->jitter_sd, "s"), a->gaps,
                   a->gaps == 1 ? "" : "s"));
     for (int k = 0; k < d->ncolumn; k++) {
         put_channel(&o, &d->column[k], &a->channel[k]);

@@ -102,7 +102,7 @@ static void keep_note(data__reader *r, char *name, char *value)
 }
 
 /* "# set key_wire.k: 0" of a model that has no wire: the stroke was played without it, which says
- * something of a wire that somebody supposes */
+ * something of a wire that is supposed */
 static void note_without(data__reader *r, const char *name, double value, int at_value)
 {
     if (value != 0.0) {
@@ -144,7 +144,7 @@ static double last_digit(const char *value, mech_dim dim)
     return mech_parse_quantity(text, dim, &step, &err) == STEIN_OK ? step : 0.0;
 }
 
-/* @param known  1: somebody measured it by itself */
+/* @param known  1: it was measured by itself */
 static void add_setting(data__reader *r, const char *name, const char *value, int known,
                         int at_name, int at_value)
 {
@@ -326,6 +326,7 @@ static void add_time(data__reader *r, data__title *t)
                       "the first column is \"%s%s%s%s\": "
                       "expected time [s]",
                       t->name, t->has_unit ? " [" : "", t->unit, t->has_unit ? "]" : "");
+        r->stop = 1; // rows without time have no order
         return;
     }
     snprintf(t->name, sizeof t->name, "time");

@@ -17,7 +17,7 @@
  *
  * Step. Values of a camera or converter lie on a lattice. The difference of two neighbours is a
  * whole number of steps; a candidate is refined from small to ever larger multiples, so that a step
- * known to 5 % at first is known to 1e-4 at the end, and it is believed when 93 % of all
+ * known to 5 % at first is known to 1e-4 at the end, and it is accepted when 93 % of all
  * differences lie within an eighth of a step of the lattice - by chance 25 % would. The largest
  * believed step counts: a finer lattice of written digits is inside of it.
  */

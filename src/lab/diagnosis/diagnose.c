@@ -93,7 +93,7 @@ static stein_status check_slips(diagnosis *d, const lab_model *model, const lab_
     }
     if (status == STEIN_OK && doubts->grave) {
         d->out->verdict = LAB_VERDICT_UNUSABLE_MODEL;
-        status = diag__name_slip(model, data, doubts, d->out, err);
+        status = diag__name_sign_error(model, data, doubts, d->out, err);
         snprintf(d->out->reason, sizeof d->out->reason,
                  "The records do not mean what they say: %s%s", doubts->item[0].text,
                  d->out->ncause > 0 ? ". extended.yaml has the gain -1 that fits" : "");

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * shown.c - what the report shows beside the verdict, and whether what is written is what was
+ * shown.c - what the report shows beside the verdict, and whether extended.yaml reproduces what was
  * found.
  */
 #include <math.h>

@@ -6,8 +6,8 @@
  * no number of the mechanism, and its sum of squares has a minimum every few noises (as in multiple
  * shooting: Bock, in: Modelling of Chemical Reaction Systems, Springer 1981, 102-125). A window
  * begins in a state of its own, read from its first samples, and ends where an error of it has
- * grown `grown` times. What the record says of the mechanism is in the windows, each of which loses
- * no more than its initial state.
+ * grown `grown` times. What the record shows of the mechanism is in the windows, each of which
+ * loses no more than its initial state.
  */
 #include <math.h>
 #include <stdlib.h>

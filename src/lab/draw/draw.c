@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * draw.c - a mechanism as SVG: bodies, joints, centres of mass, points, contacts, notches, links
- * and inputs, in the state that its file begins with.
+ * draw.c - a mechanism as SVG: bodies, joints, centres of mass, points, contacts, notches,
+ * links, loops and inputs, in the state that its file begins with.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -26,7 +26,8 @@ static const char style[] =
     ".joint{fill:#fff;stroke:#1f4e79;stroke-width:2}.mass{fill:#1f4e79}.point{fill:#444}"
     ".ground{fill:none;stroke:#777;stroke-width:2}.leader{fill:none;stroke:#aaa;stroke-width:1}"
     ".surface{fill:none;stroke:#c05a22;stroke-width:2}.endless{fill:none;stroke:#c05a22;"
-    "stroke-dasharray:2 6}.link{fill:none;stroke:#777;stroke-width:1.5}"
+    "stroke-dasharray:2 "
+    "6}.rod{stroke:#777;stroke-width:4}.link{fill:none;stroke:#777;stroke-width:1.5}"
     ".force{fill:none;stroke:#1d6b3a;stroke-width:2}\n"
     "@media(prefers-color-scheme:dark){svg{background:#16181a}text{fill:#ccc}.body{fill:#8fbce6}"
     ".contact{fill:#eba07c}.input{fill:#86cf9f}.limb{stroke:#3d566c}.joint{fill:#16181a;stroke:"
@@ -227,6 +228,22 @@ static void put_input(const drawing *d, const mech_input *in)
             o.x + 14.0, o.y + 8.0);
 }
 
+static draw__at loop_end(const drawing *d, const mech_loop *l, int k)
+{
+    const mech_point *p = &d->m->points[l->index[k]];
+    return draw__point(&d->place, p->body, p->at);
+}
+
+/* a rod as a line, points that meet as a ring; a coupling has no place */
+static void put_loop(const drawing *d, const mech_loop *l)
+{
+    if (l->kind == MECH_ROD) {
+        put_segment(d, "rod", loop_end(d, l, 0), loop_end(d, l, 1));
+    } else if (l->kind != MECH_COUPLING) {
+        put_disc(d, "joint", loop_end(d, l, 0), 6.0);
+    }
+}
+
 /* ---- names ---- */
 
 static void name_at(const drawing *d, draw__at at, const char *kind, const char *name)
@@ -268,6 +285,12 @@ static void put_names(const drawing *d)
         draw__at q = draw__point(&d->place, b->body, b->at);
         name_at(d, (draw__at){0.5 * (p.x + q.x), 0.5 * (p.y + q.y)}, "name", m->links[i].name);
     }
+    for (int i = 0; i < m->nloop; i++) {
+        if (m->loops[i].kind != MECH_COUPLING) {
+            draw__at p = loop_end(d, &m->loops[i], 0), q = loop_end(d, &m->loops[i], 1);
+            name_at(d, (draw__at){0.5 * (p.x + q.x), 0.5 * (p.y + q.y)}, "name", m->loops[i].name);
+        }
+    }
     for (int i = 0; i < m->ninput; i++) {
         const mech_input *in = &m->inputs[i];
         name_at(d,
@@ -297,6 +320,9 @@ static void put_all(const drawing *d)
     }
     for (int i = 0; i < m->nlink; i++) {
         put_link(d, &m->links[i]);
+    }
+    for (int i = 0; i < m->nloop; i++) {
+        put_loop(d, &m->loops[i]);
     }
     for (int i = 0; i < m->nbody; i++) {
         put_joint(d, i);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * alias.c - candidates that say the same in other words.
+ * alias.c - equivalent candidates.
  *
  * The equations know parameters p only through the derived constants d = setup(p). So two
  * candidates are the same cause when they move d along the same line,

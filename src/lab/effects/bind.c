@@ -135,7 +135,7 @@ void lab__size_link(lab_candidate *c, const stein_model *m, const double *p)
     if (c->effect->side == NULL) {
         return;
     }
-    // lower than the file says, and then of all its force
+    // lower than the file states, and then of all its force
     c->move = LAB_MOVE_LOWER;
     c->limit = p[c->param[0]];
     c->start = 0.25;

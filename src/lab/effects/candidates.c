@@ -1,15 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * candidates.c - every effect of the table at every place of a mechanism where it can sit.
- *
- * How large an effect may plausibly be follows from the mechanism itself:
- *
- *      T = max(sqrt(M_jj m) g, |k theta0|)      weight and spring of a joint, m the carried mass
- *      E = M_jj w^2 / (2 Q)                     mean torque that gave it its speed w over Q
- *      length = sqrt(M_jj / m)                  its radius of gyration
- *
- * M is the mass matrix at the initial state, w and Q the largest speed and travel of one run.
- * For the piano action these come within a factor of a few of what a maker would call thinkable.
- * They scale the first secant and the weak prior of an amount, nothing else.
+ * Its largest plausible size there is in limits.c.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -22,13 +13,6 @@ static const double weak_range = 1e-4; /* of adhesion [m] */
 static const double arm = 0.1;         /* speed of a slide per that of a lever [m] */
 static const double pressed = 1e-4;    /* depth at which a contact has its typical stiffness [m] */
 
-/* what the limits come from, by joint and by channel */
-typedef struct scales {
-    double *weight, *spring, *energy, *speed, *travel, *length, *inertia, *range;
-    double *room;
-    double heaviness; /* of the whole tree [N] */
-} scales;
-
 typedef struct build {
     const lab_model *lab;
     const stein_model *m;
@@ -36,15 +20,16 @@ typedef struct build {
     const lab__strokes *strokes; /* NULL: one with the file's own numbers */
     lab_candidate *list;
     int n, room;
-    scales s;
-    int full; /* memory ran out */
+    lab__scales s;
+    int full;                  /* memory ran out */
+    const lab_effect *unsized; /* limits.c does not know it; NULL: it knows all */
 } build;
 
 /* ---- one run ---- */
 
 typedef struct watch {
     const stein_model *m;
-    scales *s;
+    lab__scales *s;
     double *low, *high;
 } watch;
 
@@ -91,7 +76,7 @@ static void derive(build *b, stein_sim *sim, double *M)
 {
     const double g = 9.81;
     int nq = b->m->nq;
-    scales *s = &b->s;
+    lab__scales *s = &b->s;
     stein_mass_bias(sim, stein_q(sim), stein_qd(sim), NULL, NULL, M, M + (size_t)nq * (size_t)nq);
     for (int j = 0; j < nq; j++) {
         const char *name = b->m->bodies[j].name;
@@ -109,7 +94,7 @@ static int make_scales(build *b)
 {
     int nq = b->m->nq, nc = b->m->nchannel;
     size_t n = (size_t)nq, size = 9 * n + 3 * (size_t)nc + n * n + 1;
-    scales *s = &b->s;
+    lab__scales *s = &b->s;
     s->room = calloc(size, sizeof *s->room);
     if (s->room == NULL) {
         return -1;
@@ -124,7 +109,7 @@ static stein_status measure(build *b, stein_err *err)
 {
     int nq = b->m->nq, nc = b->m->nchannel;
     stein_sim *sim = NULL;
-    scales *s = &b->s;
+    lab__scales *s = &b->s;
     double *low = s->range + nc, *high = low + nc, *M = high + nc;
     for (int c = 0; c < nc; c++) {
         low[c] = INFINITY, high[c] = -INFINITY;
@@ -197,18 +182,10 @@ static lab_candidate *add_at(build *b, const lab_effect *e, const char *place)
     return param >= 0 && !idle ? add(b, e, place, param) : NULL;
 }
 
-static double joint_limit(const scales *s, const char *kind, int j)
+static void set_limit(build *b, lab_candidate *c, double limit)
 {
-    double T = s->weight[j], E = s->energy[j], w = s->speed[j], Q = s->travel[j];
-    // a fall without air is faster than one that drag balances: up to 3 times
-    return strcmp(kind, "viscous_friction") == 0   ? 1.5 * E / w
-           : strcmp(kind, "quadratic_drag") == 0   ? 5.0 * E / (w * w)
-           : strcmp(kind, "coulomb_friction") == 0 ? 0.3 * T
-           : strcmp(kind, "stiction_peak") == 0    ? 30.0
-           : strstr(kind, "_asymmetry") != NULL    ? 0.8
-           : strcmp(kind, "preload") == 0          ? 0.3 * T
-           : strcmp(kind, "hardening_spring") == 0 ? T / (Q * Q * Q)
-                                                   : T / Q;
+    c->limit = limit;
+    b->unsized = isnan(limit) ? c->effect : b->unsized;
 }
 
 /* the number beside the amount: a range, and what to begin with */
@@ -221,7 +198,7 @@ static void add_side(build *b, lab_candidate *c, double lo, double value, double
     }
 }
 
-/* speed at which Coulomb friction has its full size; a stated one is believed to a factor of two */
+/* speed at which Coulomb friction has its full size; a stated one is accepted to a factor of two */
 static void joint_speed(build *b, lab_candidate *c, double unit)
 {
     add_side(b, c, 0.02 * unit, 0.05 * unit, 0.1 * unit);
@@ -240,7 +217,7 @@ static void add_joint(build *b, const lab_effect *e, int j)
         return;
     }
     c->joint = j;
-    c->limit = joint_limit(&b->s, e->kind, j);
+    set_limit(b, c, lab__joint_limit(e->kind, &b->s, j));
     c->start *= strcmp(e->kind, "quadratic_drag") == 0     ? 0.1
                 : strcmp(e->kind, "viscous_friction") == 0 ? 0.3
                                                            : 1.0;
@@ -273,8 +250,7 @@ static void add_body(build *b, const lab_effect *e, int j)
         return;
     }
     c->joint = j;
-    c->limit = strcmp(e->kind, "centre") == 0 ? 0.05 * b->s.length[j]
-                                              : (is_inertia ? 0.5 : 0.15) * b->p[c->param[0]];
+    set_limit(b, c, lab__body_limit(e->kind, &b->s, j, b->p[c->param[0]]));
 }
 
 static void scale_contact(build *b, lab_candidate *c)
@@ -289,7 +265,6 @@ static void scale_contact(build *b, lab_candidate *c)
         }
     }
     c->unit = "1";
-    c->limit = 1.2;
 }
 
 static void add_contact(build *b, const lab_effect *e, const char *place)
@@ -300,16 +275,12 @@ static void add_contact(build *b, const lab_effect *e, const char *place)
         return;
     }
     double value = b->p[c->param[0]];
-    c->limit = strcmp(kind, "contact_exponent") == 0     ? 0.7
-               : strcmp(kind, "contact_hysteresis") == 0 ? 0.8
-               : strcmp(kind, "adhesion") == 0           ? 0.3 * b->s.heaviness
-                                                         : 3e-4;
+    set_limit(b, c, lab__contact_limit(kind, &b->s, value));
     if (strcmp(kind, "contact_stiffness") == 0) {
         scale_contact(b, c);
     } else if (strcmp(kind, "contact_damping") == 0 || strcmp(kind, "contact_friction") == 0) {
         c->move = value > 0.0 ? LAB_MOVE_SCALE : LAB_MOVE_ADD;
         c->unit = value > 0.0 ? "1" : c->unit;
-        c->limit = value > 0.0 ? 1.2 : 0.5;
     }
     if (e->side != NULL) {
         int side = find(b, place, e->side);
@@ -334,13 +305,8 @@ static void add_channel(build *b, const lab_effect *e, int channel)
     if (c == NULL) {
         return;
     }
-    double range = b->s.range[channel];
     c->channel = channel;
-    c->limit = strcmp(e->kind, "sensor_gain") == 0           ? 0.1
-               : strcmp(e->kind, "sensor_offset") == 0       ? 0.05 * range
-               : strcmp(e->kind, "sensor_nonlinearity") == 0 ? 0.2 / range
-               : strcmp(e->kind, "camera_tilt") == 0         ? 0.15
-                                                             : 3e-3;
+    set_limit(b, c, lab__channel_limit(e->kind, &b->s, channel));
     c->start = 0.1;
 }
 
@@ -394,7 +360,7 @@ static void add_inputs(build *b, const lab_effect *e)
     for (int i = 0; i < b->m->ninput; i++) {
         lab_candidate *c = add_at(b, e, b->m->inputs[i].name);
         if (c != NULL) {
-            c->limit = strcmp(e->kind, "input_gain") == 0 ? 0.2 : 5e-3;
+            set_limit(b, c, lab__input_limit(e->kind));
         }
     }
 }
@@ -419,39 +385,44 @@ static double stiffness(const build *b, const char *contact)
     return k > 0.0 ? k : 1e4;
 }
 
-/* amounts as in the head of this file: what a mean torque, a weight or a dip does to the part */
-static void size_part(const build *b, lab_candidate *c, const lab__site *site)
+/* ranges of the numbers beside the amount of a part. @return the limit of the amount */
+static double size_part(const build *b, lab_candidate *c, const lab__site *site)
 {
-    const scales *s = &b->s;
+    const lab__scales *s = &b->s;
     const char *kind = c->effect->kind;
     int j = site->body;
     double E = s->energy[j], Q = s->travel[j], l = s->length[j], dip = Q * site->reach;
     lab_side *side = &c->side[0], *other = &c->side[1];
     lab__bent bent;
     if (strcmp(kind, "elastic_hinge") == 0 && lab__bend(&bent, lab__mechanism(b->lab), j) == 0) {
-        c->limit = 0.02 * Q / E;
         lab__set_range(side, 0.02, 0.05, 0.1);
         lab__set_range(other, 0.25, LAB__BEND, 0.7);
         double ratio = bent.mass / (1.0 - bent.mass);
         lab__set_range(&c->side[2], ratio / 3.0, ratio, 3.0 * ratio);
         lab__set_range(&c->side[3], 0.125, 1.0, 8.0);
-    } else if (strcmp(kind, "axis_translation") == 0) {
-        c->limit = 0.02 * Q * l * l / E;
+        return 0.02 * Q / E;
+    }
+    if (strcmp(kind, "axis_translation") == 0) {
         lab__set_range(side, 0.05, 0.1, 0.2);
-    } else if (strcmp(kind, "compliant_partner") == 0) {
+        return 0.02 * Q * l * l / E;
+    }
+    if (strcmp(kind, "compliant_partner") == 0) {
         double mass = s->inertia[j] / fmax(site->reach * site->reach, l * l); // felt there
-        c->limit = 0.33 / stiffness(b, site->place);
         lab__set_range(side, 0.08 * mass, 0.2 * mass, 0.45 * mass);
         lab__set_range(other, 0.02, 0.05, 0.1);
-    } else if (strcmp(kind, "string_damper") == 0) {
-        c->limit = 0.6 * s->heaviness;
+        return 0.33 / stiffness(b, site->place);
+    }
+    if (strcmp(kind, "string_damper") == 0) {
         lab__set_range(side, 0.15 * dip, 0.35 * dip, 0.6 * dip);
         lab__set_range(other, 0.36 / dip, 1.0 / dip, 2.9 / dip);
-    } else {
-        c->limit = 0.25 * s->heaviness / dip;
+        return 0.6 * s->heaviness;
+    }
+    if (strcmp(kind, "wire") == 0) {
         lab__set_range(side, 0.0, 0.02, 0.05);
         lab__set_range(other, 0.17 * site->reach, 0.28 * site->reach, 0.45 * site->reach);
+        return 0.25 * s->heaviness / dip;
     }
+    return NAN;
 }
 
 static void add_parts(build *b, const lab_effect *e)
@@ -472,7 +443,7 @@ static void add_parts(build *b, const lab_effect *e)
                 c->side[k].name = name[1 + k], c->side[k].unit = unit[1 + k];
             }
             c->joint = site[i].body;
-            size_part(b, c, &site[i]);
+            set_limit(b, c, size_part(b, c, &site[i]));
         }
     }
 }
@@ -544,6 +515,9 @@ stein_status lab__candidates_at(lab_candidate **list, int *n, const lab_model *m
     free(b.s.room);
     if (status == STEIN_OK && b.full) {
         status = lab__no_memory(err);
+    } else if (status == STEIN_OK && b.unsized != NULL) {
+        status = lab__fail(err, STEIN_EINVAL, "effect %s has no largest plausible size (limits.c)",
+                           b.unsized->kind);
     }
     status = status == STEIN_OK ? lab__aliases(b.list, &b.n, model, err) : status;
     if (status != STEIN_OK) {

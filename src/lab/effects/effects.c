@@ -2,15 +2,14 @@
  * effects.c - the one table of what a model may get wrong.
  *
  * Equations are those of law.h and model.h: a kind is a term of a law, its parameter the one that
- * is neutral until somebody states it. Kinds and places are names that other programs rely on.
+ * is neutral until it is stated. Kinds and places are names that other programs rely on.
  * Laws: viscous, Coulomb and Stribeck friction (Armstrong-Helouvry 1994), Hunt & Crossley (1975)
  * contacts, instruments with gain, offset, lag and a quadratic error.
  *
  * A table instead of code per effect: enumerating, testing, fitting, writing and explaining a
  * candidate are then each written once, and a new effect is one entry here and one term of a law.
  * Effects that add a coordinate or a part say so (`needs`): no parameter of the present equations
- * stands for them, and to score them as if one did would be pretence. Theirs is a number of the
- * mechanism in which lab_candidate_open puts that part.
+ * stands for them. Theirs is a number of the mechanism to which lab_candidate_open adds that part.
  */
 #include <string.h>
 
@@ -112,8 +111,8 @@ static const lab_effect effects[] = {
     {"sensor_offset", "sensor", LAB_AT_CHANNEL, "offset", "sensor.offset", NULL,
      "reading y + offset", "one channel, from the first sample on; a marker's offset says the same",
      "", NULL, 1, 0},
-    // a sensor shows what was: where nobody knows when a record began, one that seems to be ahead
-    // is another one that is late
+    // a sensor shows what was: where it is not known when a record began, one that seems to be
+    // ahead is another one that is late
     {"sensor_delay", "sensor", LAB_AT_CHANNEL, "delay", "sensor.delay", NULL,
      "reading y(t - delay)", "one channel, in proportion to its rate", "time_base", NULL, 0, 1},
     {"time_base", "sensor", LAB_AT_CLOCK, "error", "clock.error", NULL,

@@ -286,18 +286,12 @@ static void write_data(FILE *f, const lab_diagnosis *d)
                 shown(text[2], d->gain.hi, NULL));
     }
     fputc('\n', f);
-    for (int i = 0; i < d->ntrace; i++) {
-        int known = 0;
+    for (int i = 0; i < d->nrecord; i++) {
         char plain[LAB_PRINTABLE];
-        for (int k = 0; k < i; k++) {
-            known |= strcmp(d->trace[k].file, d->trace[i].file) == 0;
-        }
-        const char *base = strrchr(d->trace[i].file, '/');
-        if (!known) {
-            fprintf(f, "#   data %s%s\n",
-                    lab__printable(plain, base != NULL ? base + 1 : d->trace[i].file),
-                    d->trace[i].held_out ? " (held out)" : "");
-        }
+        const char *base = strrchr(d->record[i].file, '/');
+        fprintf(f, "#   data %s%s\n",
+                lab__printable(plain, base != NULL ? base + 1 : d->record[i].file),
+                d->record[i].reporting ? " (held out)" : "");
     }
     for (int i = 0; i < d->nfinding; i++) {
         fputs("#   audit ", f);

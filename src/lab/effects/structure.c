@@ -206,7 +206,7 @@ static void set_rounded(words *w, int letter, double value)
     set_number(w, letter, strtod(digits, NULL));
 }
 
-static stein_status write_fragment(lab__surgery *s, const fragment *f, const words *w,
+static stein_status write_fragment(lab__yaml_edit *s, const fragment *f, const words *w,
                                    stein_err *err)
 {
     char *text = NULL;
@@ -224,7 +224,7 @@ static stein_status write_fragment(lab__surgery *s, const fragment *f, const wor
         }
     }
     stein_status status = lab__text_close(out, &text, err);
-    status = status == STEIN_OK ? lab__surgery_add(s, f->section, text, err) : status;
+    status = status == STEIN_OK ? lab__yaml_edit_add(s, f->section, text, err) : status;
     free(text);
     return status;
 }
@@ -236,7 +236,7 @@ static stein_status cannot(const lab_candidate *c, const char *what, stein_err *
 }
 
 /* sides of contacts and notches whose place is written with "on: body" */
-static void move_sides(lab__surgery *s, const mechanism *m, int body, const lab__bent *b,
+static void move_sides(lab__yaml_edit *s, const mechanism *m, int body, const lab__bent *b,
                        const char *part)
 {
     static const char *const side[] = {"0/line", "0/circle", "1/line", "1/circle"};
@@ -246,9 +246,9 @@ static void move_sides(lab__surgery *s, const mechanism *m, int body, const lab_
         const mech_shape *mine = two[0].body == body ? &two[0] : &two[1];
         for (int k = 0; mine->body == body && lab__is_beyond(b, lab__at(mine->at)) && k < 4; k++) {
             snprintf(path, sizeof path, "contacts/%s/between/%s/on", m->contacts[i].name, side[k]);
-            const char *on = lab__surgery_get(s, path);
+            const char *on = lab__yaml_edit_get(s, path);
             if (on != NULL && strcmp(on, m->bodies[body].name) == 0) {
-                lab__surgery_set(s, path, part);
+                lab__yaml_edit_set(s, path, part);
             }
         }
     }
@@ -258,13 +258,13 @@ static void move_sides(lab__surgery *s, const mechanism *m, int body, const lab_
         if ((corner || n->beak == body) &&
             lab__is_beyond(b, lab__at(corner ? n->corner : n->end))) {
             snprintf(path, sizeof path, "notches/%s/%s/on", n->name, corner ? "corner" : "beak");
-            lab__surgery_set(s, path, part);
+            lab__yaml_edit_set(s, path, part);
         }
     }
 }
 
 /* points, joints and sides beyond the bend go to the part. @param text  of its points, made */
-static stein_status move_beyond(lab__surgery *s, const mechanism *m, int body, const lab__bent *b,
+static stein_status move_beyond(lab__yaml_edit *s, const mechanism *m, int body, const lab__bent *b,
                                 const char *part, char **text, stein_err *err)
 {
     int any = 0;
@@ -277,7 +277,7 @@ static stein_status move_beyond(lab__surgery *s, const mechanism *m, int body, c
         char new[MECH_PATH];
         if (m->points[i].body == body && lab__is_beyond(b, lab__at(m->points[i].at))) {
             snprintf(new, sizeof new, "%s%s", part, last);
-            if (lab__surgery_swap(s, name, new) > 0) {
+            if (lab__yaml_edit_swap(s, name, new) > 0) {
                 fprintf(f, "%s%s: [%s.x, %s.y, %s.z]", any++ ? ", " : ",\npoints: {", last + 1,
                         name, name, name);
             }
@@ -288,15 +288,15 @@ static stein_status move_beyond(lab__surgery *s, const mechanism *m, int body, c
         char path[MECH_PATH];
         snprintf(path, sizeof path, "bodies/%s/parent", m->bodies[i].name);
         if (m->bodies[i].parent == body && lab__is_beyond(b, lab__at(m->bodies[i].at))) {
-            lab__surgery_set(s, path, part);
+            lab__yaml_edit_set(s, path, part);
         }
     }
     move_sides(s, m, body, b, part);
     return lab__text_close(f, text, err);
 }
 
-static stein_status cut_link(lab__surgery *s, const lab_candidate *c, const mechanism *m, int body,
-                             words *w, char *joint, char **points, stein_err *err)
+static stein_status cut_link(lab__yaml_edit *s, const lab_candidate *c, const mechanism *m,
+                             int body, words *w, char *joint, char **points, stein_err *err)
 {
     lab__bent b;
     if (lab__bend(&b, m, body) != 0) {
@@ -314,27 +314,28 @@ static stein_status cut_link(lab__surgery *s, const lab_candidate *c, const mech
 }
 
 /* the body hangs on its axis; a joint at a point of the frame keeps its place by formulas */
-static stein_status carry(lab__surgery *s, const lab_candidate *c, const char *part, stein_err *err)
+static stein_status carry(lab__yaml_edit *s, const lab_candidate *c, const char *part,
+                          stein_err *err)
 {
     char path[MECH_PATH], entry[MECH_PATH], place[4 * MECH_PATH];
     snprintf(path, sizeof path, "bodies/%.60s/at", c->place);
-    const char *at = lab__surgery_get(s, path);
+    const char *at = lab__yaml_edit_get(s, path);
     if (at != NULL) {
         snprintf(place, sizeof place, "[%.90s.x, %.90s.y, %.90s.z]", at, at, at);
-        lab__surgery_set(s, path, place);
+        lab__yaml_edit_set(s, path, place);
     }
     snprintf(path, sizeof path, "bodies/%.60s/parent", c->place);
-    if (lab__surgery_get(s, path) != NULL) {
-        return lab__surgery_set(s, path, part) == 0 ? STEIN_OK : cannot(c, "no room", err);
+    if (lab__yaml_edit_get(s, path) != NULL) {
+        return lab__yaml_edit_set(s, path, part) == 0 ? STEIN_OK : cannot(c, "no room", err);
     }
     snprintf(path, sizeof path, "bodies/%.60s", c->place);
     snprintf(entry, sizeof entry, "parent: %s", part);
-    return lab__surgery_add_key(s, path, entry, err);
+    return lab__yaml_edit_add_key(s, path, entry, err);
 }
 
 /* the line of a contact stands on the partner */
-static stein_status stand(lab__surgery *s, const lab_candidate *c, const mechanism *m, int contact,
-                          words *w, char *axis, stein_err *err)
+static stein_status stand(lab__yaml_edit *s, const lab_candidate *c, const mechanism *m,
+                          int contact, words *w, char *axis, stein_err *err)
 {
     axis[0] = lab__normal_axis(m->contacts[contact].spot[0].side[1].facing.value);
     axis[1] = '\0';
@@ -342,10 +343,10 @@ static stein_status stand(lab__surgery *s, const lab_candidate *c, const mechani
     for (int i = 0; i < 2; i++) {
         char path[MECH_PATH];
         snprintf(path, sizeof path, "contacts/%.60s/between/%d/line/on", c->place, i);
-        const char *on = lab__surgery_get(s, path);
+        const char *on = lab__yaml_edit_get(s, path);
         if (on != NULL && strcmp(on, "frame") == 0) {
-            return lab__surgery_set(s, path, w->of['P']) == 0 ? STEIN_OK
-                                                              : cannot(c, "no room", err);
+            return lab__yaml_edit_set(s, path, w->of['P']) == 0 ? STEIN_OK
+                                                                : cannot(c, "no room", err);
         }
     }
     return cannot(c, "no line of it says \"on: frame\"", err);
@@ -385,8 +386,8 @@ stein_status lab__structure_text(const lab_candidate *c, double amount, const me
     }
     words w = nothing;
     char part[MECH_NAME], joint[8] = "", *points = NULL, entry[2 * MECH_PATH];
-    lab__surgery *s = NULL;
-    stein_status status = lab__surgery_begin(&s, text, size, err);
+    lab__yaml_edit *s = NULL;
+    stein_status status = lab__yaml_edit_begin(&s, text, size, err);
     if (status != STEIN_OK) {
         return status;
     }
@@ -413,10 +414,10 @@ stein_status lab__structure_text(const lab_candidate *c, double amount, const me
     if (status == STEIN_OK && strcmp(kind->name[0], "compliance") == 0) {
         snprintf(entry, sizeof entry, "%s.compliance: %s %s", part, w.of['a'],
                  strcmp(kind->unit[0], "m/N") == 0 ? "m/N" : "rad/N/m");
-        status = lab__surgery_add(s, "parameters", entry, err);
+        status = lab__yaml_edit_add(s, "parameters", entry, err);
     }
-    status = status == STEIN_OK ? lab__surgery_text(s, out, nout, err) : status;
-    lab__surgery_end(s);
+    status = status == STEIN_OK ? lab__yaml_edit_text(s, out, nout, err) : status;
+    lab__yaml_edit_end(s);
     free(points);
     return status;
 }

@@ -1,11 +1,15 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * structure.h - parts and degrees of freedom that a mechanism file may get.
  *
- *   surgery.c     changes in the text of a mechanism file    candidates.c  effects at places
- *   sites.c       where a part can sit                       alias.c       what says the same
- *   structure.c   the parts                                  extend.c      the extended file
- *   bind.c        a candidate in a model                     touching.c    how bodies stand where
- * they touch
+ *   yaml_edit.c      changes in the text of a mechanism file
+ *   candidates.c     effects at places
+ *   limits.c         their largest plausible sizes
+ *   sites.c          where a part can sit
+ *   alias.c          equivalent candidates
+ *   structure.c      the parts
+ *   bind.c           a candidate in a model
+ *   contact_poses.c  relative pose of two bodies where they touch
+ *   extend.c         the extended file
  * Included by: this folder, src/lab.
  */
 #ifndef STRUCTURE_H
@@ -14,29 +18,31 @@
 #include "open.h"
 #include "stein/diagnose.h"
 
-/* ---- surgery.c ---- */
+/* ---- yaml_edit.c ---- */
 
 /** Changes in the text of a YAML file; everything else in it stays as it is. */
-typedef struct lab__surgery lab__surgery;
-/** @param text  must outlive the surgery. @return OK, EPARSE, ENOMEM */
-stein_status lab__surgery_begin(lab__surgery **s, const char *text, size_t size, stein_err *err);
-void lab__surgery_end(lab__surgery *s);
+typedef struct lab__yaml_edit lab__yaml_edit;
+/** @param text  must outlive the edit. @return OK, EPARSE, ENOMEM */
+stein_status lab__yaml_edit_begin(lab__yaml_edit **s, const char *text, size_t size,
+                                  stein_err *err);
+void lab__yaml_edit_end(lab__yaml_edit *s);
 /** A new entry "name: value" at the beginning of a section, which is made when it is absent. Lines
  *  after the first are indented. @return OK, EINVAL (no such place), ENOMEM */
-stein_status lab__surgery_add(lab__surgery *s, const char *section, const char *entry,
-                              stein_err *err);
+stein_status lab__yaml_edit_add(lab__yaml_edit *s, const char *section, const char *entry,
+                                stein_err *err);
 /** A new entry in the mapping at a path, "bodies/key". @return as above */
-stein_status lab__surgery_add_key(lab__surgery *s, const char *path, const char *entry,
-                                  stein_err *err);
+stein_status lab__yaml_edit_add_key(lab__yaml_edit *s, const char *path, const char *entry,
+                                    stein_err *err);
 /** The scalar at a path, NULL when there is none; list items are counted, ".../between/0". */
-const char *lab__surgery_get(const lab__surgery *s, const char *path);
+const char *lab__yaml_edit_get(const lab__yaml_edit *s, const char *path);
 /** It becomes another one. @return 0, or -1 when there is no scalar or no memory */
-int lab__surgery_set(lab__surgery *s, const char *path, const char *text);
+int lab__yaml_edit_set(lab__yaml_edit *s, const char *path, const char *text);
 /** Every value (not key, not `about`) that is exactly this becomes another one.
  *  @return how many, -1 without memory */
-int lab__surgery_swap(lab__surgery *s, const char *old, const char *text);
+int lab__yaml_edit_swap(lab__yaml_edit *s, const char *old, const char *text);
 /** The changed text, freed by the caller. @return OK, ENOMEM */
-stein_status lab__surgery_text(const lab__surgery *s, char **text, size_t *size, stein_err *err);
+stein_status lab__yaml_edit_text(const lab__yaml_edit *s, char **text, size_t *size,
+                                 stein_err *err);
 
 /* ---- sites.c ---- */
 
@@ -106,7 +112,7 @@ stein_status lab__structure_text(const lab_candidate *c, double amount, const me
 stein_status lab__extended_text(char **text, const char *file, const lab_diagnosis *diagnosis,
                                 stein_err *err);
 
-/* ---- touching.c ---- */
+/* ---- contact_poses.c ---- */
 
 /** The first body of a contact against the second one, while they touch. */
 typedef struct lab__touching {
@@ -117,8 +123,25 @@ typedef struct lab__touching {
 } lab__touching;
 /** In one run of the file; of one that fails nothing touches.
  *  @param to  [ncontact + nnotch], of a notch only touch and depth
- *  @return OK, ENOMEM, what stein_sim_create says */
+ *  @return OK, ENOMEM, the statuses of stein_sim_create */
 stein_status lab__touchings(lab__touching *to, const lab_model *model, stein_err *err);
+
+/* ---- limits.c ---- */
+
+/** What limits come from, by joint [nq] and by channel [nchannel]; units of the joint. */
+typedef struct lab__scales {
+    double *weight, *spring, *energy, *speed, *travel, *length, *inertia, *range;
+    double *room;     /* memory of all of them */
+    double heaviness; /* of the whole tree [N] */
+} lab__scales;
+/** Largest plausible size of an effect; NAN: limits.c does not know its kind.
+ *  @param j      joint
+ *  @param value  of its parameter in the file */
+double lab__joint_limit(const char *kind, const lab__scales *s, int j);
+double lab__body_limit(const char *kind, const lab__scales *s, int j, double value);
+double lab__contact_limit(const char *kind, const lab__scales *s, double value);
+double lab__channel_limit(const char *kind, const lab__scales *s, int channel);
+double lab__input_limit(const char *kind);
 
 /* ---- candidates.c, alias.c ---- */
 

@@ -23,7 +23,7 @@
 #include "fitting.h"
 
 enum { FLAGGED_PROFILES = 3 };
-static const double clearly_better = 0.3; /* of the squares: a clock that does so is believed */
+static const double clearly_better = 0.3; /* of the squares: a clock that does so is accepted */
 static const double smallest_scale = 1e-9, largest_scale = 1e9; /* of a number that is 0 [SI] */
 static const double band_slack = 0.1;
 

@@ -326,7 +326,7 @@ void fit__mute_ends(const fit__problem *p, fit__stroke *s);
 
 /* ---- hidden.c ---- */
 
-/** Does a coordinate of a body that turns in all directions begin as the file or the stroke says,
+/** Does a coordinate of a body that turns in all directions begin as the file or the stroke states,
  *  because the stroke shows nothing of it there? */
 int fit__is_hidden(const fit__problem *p, const fit__stroke *s, int joint);
 
@@ -368,8 +368,8 @@ double fit__follow_start(const fit__problem *p, fit__bench *b, int stroke, const
 /** What becomes of a small error of a stroke's initial position. */
 typedef struct fit__horizon {
     double time;   /* at which it has grown as many times as was asked for, from the start of the
-                      record [s]; INFINITY: it never does, or nobody knows */
-    double growth; /* how many times it has grown at most; 0: nobody knows */
+                      record [s]; INFINITY: it never does, or unknown */
+    double growth; /* how many times it has grown at most; 0: unknown */
 } fit__horizon;
 /** Of every stroke at x = 0. @param of  [nstroke] out
  *  @return OK, ENOMEM, the failure of making a simulation */

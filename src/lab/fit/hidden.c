@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * hidden.c - coordinates of bodies that turn in all directions of which a record shows nothing
  * where it begins: the height of a thrown cube tells neither where it is nor how it is turned. They
- * begin as the file or the record says. So does a chart, which is no coordinate of the motion.
+ * begin as the file or the record states. So does a chart, which is no coordinate of the motion.
  */
 #include <math.h>
 #include <string.h>

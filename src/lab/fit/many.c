@@ -2,8 +2,8 @@
  * many.c - many strokes of one problem, on its threads and in the lanes of each.
  *
  * Derivatives, residuals and secants ask for hundreds of strokes that know nothing of each other.
- * While a thread has a free seat in its row it takes the next job that nobody has; else all who sit
- * there go on until one of them is over.
+ * While a thread has a free seat in its row it takes the next job that no thread has; else all who
+ * sit there go on until one of them is over.
  */
 #include <stdlib.h>
 

@@ -276,7 +276,7 @@ static int leaves(const fit__problem *p, int u, double x, double dx)
            fabs(x) >= p->limit * (1.0 - 1e-9) && x * dx > 0.0;
 }
 
-/* The data are believed no further than they are met: with chi2 per degree of freedom far above 1
+/* The data are trusted no further than they are met: with chi2 per degree of freedom far above 1
  * the residual is no noise, derivatives are off by shares of it, and what they say of numbers that
  * the data hardly tell is made up. So the priors weigh chi2/dof times as much, until there is
  * nothing but noise left. */

@@ -6,8 +6,8 @@
  *
  *      fit -> queue of strokes -> a free seat of a row ... side by side ... -> the fit goes on
  *
- * There is a row for each thread of the problem. One of the fits that wait drives it, for whoever
- * sits there; it does not move while seats are free and a fit is busy that may soon ask for one.
+ * There is a row for each thread of the problem. One of the waiting fits steps it, for all jobs
+ * in it. It does not step while seats are free and a busy fit may soon need one.
  */
 #include <pthread.h>
 #include <stdlib.h>
@@ -17,7 +17,7 @@
 /* what a fit has asked for */
 typedef struct request {
     fit__jobs jobs;      /* first: rows tell whose job is over by it */
-    int n, next, left;   /* jobs, the next that nobody has, how many are not over */
+    int n, next, left;   /* jobs, the next that no thread has, how many are not over */
     stein_status status; /* why one has failed */
     stein_err why;
     struct request *after; /* in the queue */
@@ -31,7 +31,7 @@ typedef struct driven {
 struct fit__pool {
     pthread_mutex_t lock; /* of all that is below, but for a row that somebody drives */
     pthread_cond_t changed;
-    request *queue; /* of those with jobs that nobody has */
+    request *queue; /* of those with jobs that no thread has */
     driven *row;    /* [nrow] one for each thread of the problem */
     int nrow;
     int busy; /* fits that do not wait for strokes: they may soon ask for some */

@@ -5,8 +5,8 @@
  *
  *      job -> a free seat: ask (parameters, start) ... steps, side by side ... take (what came out)
  *
- * A seat whose job is over is free at once, so a lane waits for nobody, and what a job is the same
- * to the last bit whoever sits beside it. A stroke with a recorded input is a run from each of its
+ * A seat whose job is over is free at once, so no lane waits. A job has the same bits whatever
+ * runs beside it. A stroke with a recorded input is a run from each of its
  * samples to the next. Strokes with a force of the bench's, or down the ladder, have the thread for
  * themselves.
  */

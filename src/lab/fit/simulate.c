@@ -408,7 +408,7 @@ static stein_status pulled(fit__bench *b, int i, int next, double T)
     stein_status status = t > 0.0 ? fit__observe(b, r->s, i, next, r->y + i, r->err) : STEIN_OK;
     for (int second = 0; status == STEIN_OK && second < 2; second++) {
         fit__observer_half(b->observer, r->gain, second);
-        stein_on_force(b->sim, fit__observer_force, b->observer); // it has changed: evaluate anew
+        stein_on_force(b->sim, fit__observer_force, b->observer); // it has changed: evaluate again
         r->pace.next = next_time(r);
         status = stein_run_adaptive(b->sim, second ? T : 0.5 * (t + T), &r->pace, r->err);
     }

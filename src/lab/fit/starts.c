@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * starts.c - the search for the one minimum, from several places and down the ladder.
+ * starts.c - multi-start search for one minimum, with a ladder of observer gains.
  *
  *      start 0   from the file, free-running
  *      start 1.. from points of a Sobol sequence within the priors, free-running
  *      ladders   unless these agree, start 1 from the file and 2.. from points of the sequence once
  *                more, down the ladder K = 0.1, 0.04, 0.015, 0.005, 0
- *      polish    the best end, with differences to both sides; noise that nobody stated is now
+ *      polish    the best end, with differences to both sides; noise that is not stated is now
  *                taken from the residual (that of a record says little where the motion is fast)
  *      robust    weights from the residual, and again, four times
  *
@@ -230,7 +230,7 @@ static stein_status plain_residuals(fit__problem *p, const double *x, double **r
                : status;
 }
 
-/* noise that nobody stated, from the residual at the best end of the starts */
+/* noise that is not stated, from the residual at the best end of the starts */
 static stein_status new_noise(fit__problem *p, const double *x, stein_err *err)
 {
     double *r = NULL;

@@ -58,7 +58,7 @@ int fmu__depends(const stein_model *model, const fmu_variable *output, const fmu
 char *fmu__words_channel(const fmu_list *list, int channel);
 char *fmu__words_input(const fmu_list *list, int input, const char *what);
 char *fmu__words_param(const fmu_list *list, int param);
-/** What the file says of an entry of a section, or NULL. */
+/** What the file states of an entry of a section, or NULL. */
 const char *fmu__about(const mechanism *m, const char *section, const char *entry);
 
 /* ---- xml.c ---- */

@@ -119,7 +119,9 @@ static stein_status parse(reading *r, const char *text, size_t size)
     XML_SetCharacterDataHandler(r->parser, on_text);
     XML_SetStartDoctypeDeclHandler(r->parser, on_doctype);
     if (XML_Parse(r->parser, text, (int)size, 1) == XML_STATUS_ERROR) {
-        stop(r, STEIN_EPARSE, XML_ErrorString(XML_GetErrorCode(r->parser)));
+        stop(r, STEIN_EPARSE,
+             r->root == NULL ? "this is no XML file, expected a ROBOTRAN project, URDF or MJCF"
+                             : XML_ErrorString(XML_GetErrorCode(r->parser)));
     }
     return r->status;
 }

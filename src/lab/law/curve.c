@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * curve.c - an effect that is in no table: which law, of what, and where.
+ * curve.c - a law that is in no table: its place, its variable, its curve.
  *
  * sites    every joint over its position and its speed, every contact over its depth and its rate,
  *          where the records go (curve_site.c)
@@ -33,18 +33,18 @@ static stein_status make_text(const diag__problem *q, const diag__tables *t, cha
     const stein_model *m = lab_equations(q->model);
     char *old = NULL;
     size_t nold = 0;
-    lab__surgery *s = NULL;
+    lab__yaml_edit *s = NULL;
     double zero[CURVE_POINTS] = {0.0};
     stein_status status = lab__read_file(q->file, &old, &nold, err);
-    status = status == STEIN_OK ? lab__surgery_begin(&s, old, nold, err) : status;
+    status = status == STEIN_OK ? lab__yaml_edit_begin(&s, old, nold, err) : status;
     for (int i = 0; status == STEIN_OK && i < t->nsite; i++) {
         const diag__site *o = &t->site[i];
         status = lab__table_add(s, o->table, diag__site_word(o->kind, m, o->index), o->place,
                                 diag__site_of(o->kind), diag__site_what(o), o->n, o->at, zero, NULL,
                                 err);
     }
-    status = status == STEIN_OK ? lab__surgery_text(s, text, size, err) : status;
-    lab__surgery_end(s);
+    status = status == STEIN_OK ? lab__yaml_edit_text(s, text, size, err) : status;
+    lab__yaml_edit_end(s);
     free(old);
     return status;
 }

@@ -110,9 +110,10 @@ const char *diag__site_unit(const diag__site *s);
 /** Add a table to a file's text.
  *  @param word, of, what  as in lab_law
  *  @param sd  [n] tolerances, NULL: none */
-stein_status lab__table_add(lab__surgery *s, const char *table, const char *word, const char *place,
-                            const char *of, const char *what, int n, const double *at,
-                            const double *value, const double *sd, stein_err *err);
+stein_status lab__table_add(lab__yaml_edit *s, const char *table, const char *word,
+                            const char *place, const char *of, const char *what, int n,
+                            const double *at, const double *value, const double *sd,
+                            stein_err *err);
 /** The text with the law in it, freed by the caller. */
 stein_status lab__law_text(const lab_law *law, const char *text, size_t size, char **out,
                            size_t *nout, stein_err *err);

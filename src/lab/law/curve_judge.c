@@ -43,7 +43,7 @@ void diag__curve_sort(diag__curve *c, int n)
 static double beyond_noise(const diag__curves *w, const diag__curve *c)
 {
     double v = diag__curve_chi2_dof(w, c);
-    int in_excess = !fit__noise_given(&w->p); // of noise that nobody stated it is in the fit
+    int in_excess = !fit__noise_given(&w->p); // of noise that is not stated it is in the fit
     return !in_excess && v > diag__most_noise(w->q, &w->p)
                ? sqrt(v * fmax(1.0, fit__memory(&w->p, c->r)))
                : 1.0;
@@ -166,7 +166,7 @@ static stein_status note_values(const diag__curves *w, const diag__curve *c, lab
     return STEIN_OK;
 }
 
-/* Does the first curve fit as well as the second? Where nobody stated the noise it is what each
+/* Does the first curve fit as well as the second? Where the noise is not stated it is what each
  * leaves, and n ln(chi2) stands for -2 ln p. */
 static int fits_as_well(const diag__curves *w, const diag__curve *c, const diag__curve *than)
 {
@@ -178,7 +178,7 @@ static int fits_as_well(const diag__curves *w, const diag__curve *c, const diag_
     return dof * stein__log_of(fmax(ratio, 1e-9)) < diag__least_gain;
 }
 
-/* Where nobody stated the noise, a curve over speed comes before one over position that fits as
+/* Where the noise is not stated, a curve over speed comes before one over position that fits as
  * well: in a fall from one height both are equivalent, and a missing loss is more frequent
  * than a missing spring. */
 static void prefer_speed(diag__laws *l)

@@ -153,7 +153,7 @@ stein_status diag__reduce(const diag__curves *w, const diag__site *s, const diag
     return STEIN_OK;
 }
 
-/* ---- noise that nobody stated ----
+/* ---- noise that is not stated ----
  *
  * Then the noise is an unknown, too: variances are larger than the records show by a factor e = v
  * i, i for what is alike from sample to sample, and with N = samples / i of them that count

@@ -23,9 +23,9 @@ static void write_list(FILE *f, const double *v, const double *sd, int n)
     fputc(']', f);
 }
 
-stein_status lab__table_add(lab__surgery *s, const char *table, const char *word, const char *place,
-                            const char *of, const char *what, int n, const double *at,
-                            const double *value, const double *sd, stein_err *err)
+stein_status lab__table_add(lab__yaml_edit *s, const char *table, const char *word,
+                            const char *place, const char *of, const char *what, int n,
+                            const double *at, const double *value, const double *sd, stein_err *err)
 {
     char *entry = NULL;
     FILE *f = lab__text_open(&entry);
@@ -38,7 +38,7 @@ stein_status lab__table_add(lab__surgery *s, const char *table, const char *word
     write_list(f, value, sd, n);
     fputc('}', f);
     stein_status status = lab__text_close(f, &entry, err);
-    status = status == STEIN_OK ? lab__surgery_add(s, "tables", entry, err) : status;
+    status = status == STEIN_OK ? lab__yaml_edit_add(s, "tables", entry, err) : status;
     free(entry);
     return status;
 }
@@ -46,14 +46,14 @@ stein_status lab__table_add(lab__surgery *s, const char *table, const char *word
 stein_status lab__law_text(const lab_law *law, const char *text, size_t size, char **out,
                            size_t *nout, stein_err *err)
 {
-    lab__surgery *s = NULL;
-    stein_status status = lab__surgery_begin(&s, text, size, err);
+    lab__yaml_edit *s = NULL;
+    stein_status status = lab__yaml_edit_begin(&s, text, size, err);
     if (status != STEIN_OK) {
         return status;
     }
     status = lab__table_add(s, law->table, law->site, law->place, law->of, law->what, law->n,
                             law->at, law->value, law->sd, err);
-    status = status == STEIN_OK ? lab__surgery_text(s, out, nout, err) : status;
-    lab__surgery_end(s);
+    status = status == STEIN_OK ? lab__yaml_edit_text(s, out, nout, err) : status;
+    lab__yaml_edit_end(s);
     return status;
 }

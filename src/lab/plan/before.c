@@ -4,7 +4,7 @@
  *      records that are meant -> files, simulated with the file's numbers and noise
  *                             -> a diagnosis problem and its row without a cause (search/)
  *                             -> linear model of the row: information of every candidate
- *                             -> statements (before_power.c)
+ *                             -> statements (before_information.c)
  *
  * A cause may be imitated by what differs from record to record, a friction for one. So variances
  * of scatter are as large as a fit allows, and settings are off by what their digits allow: a fit

@@ -10,7 +10,7 @@
  *   motions    every input that prescribes a motion: as far as its joint goes by itself, slower and
  *              quicker; half of it and back (a half stroke)
  *   forces     every input that is a force: to the largest force so far, or the load's weight
- *   removed    the string of the stroke; what somebody supposes to hang on a body
+ *   removed    the string of the stroke; what is supposed to hang on a body
  *   mass       half as much again on a body that moves, or more than twice, weighed together
  *   channel    an output that was not measured and that there is an instrument for: a place as
  *              exactly as the others, a force on the ground to 1 %
@@ -354,7 +354,7 @@ static void take_off(list *l, const plan__model *side, const int *which, int n)
     }
 }
 
-/* every one that somebody supposes, and all of them: where a spring in the joint, a wire and a
+/* every one that is supposed, and all of them: where a spring in the joint, a wire and a
  * damper are rivals, what is left without both is the spring */
 static void without_part(list *l, const plan__model *side, int nside)
 {

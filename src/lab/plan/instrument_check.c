@@ -20,7 +20,7 @@
  *
  * A side predicts the readings from the amount it was fitted with and its uncertainty; a side
  * without that number predicts the file's value, within the uncertainty of its fit. Readings count
- * as those of a record do (odds.c).
+ * as those of a record do (expected_evidence.c).
  */
 #include <math.h>
 #include <stdlib.h>

@@ -2,8 +2,8 @@
  * plan.c - from rivals to the experiment that tells them apart.
  *
  * Every experiment is predicted by the cause and by each rival (predict.c), every pair of cause and
- * rival has its odds (odds.c), and an experiment counts what it says about the rival that it tells
- * least from the cause: max-min.
+ * rival has its odds (expected_evidence.c), and an experiment counts what it says about the rival
+ * that it tells least from the cause: max-min.
  *
  *      worth = odds / ((4 + strokes) * beyond * left)
  *

@@ -1,15 +1,21 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * planning.h - what the files of the plan share.
  *
- *   plan.c         the whole                       predict.c  what a suspect predicts of it
- *   reference.c        the strokes so far              refit.c  how near another one comes to that
- *   experiments.c  what could be done next         odds.c     what a stroke is expected to say
- *   instrument_check.c        something by itself             write_plan.c     plan.json, files of
- * strokes read_diagnosis.c         diagnosis.json
+ *   plan.c               the whole
+ *   reference.c          the strokes so far
+ *   experiments.c        what could be done next
+ *   predict.c            what a suspect predicts of it
+ *   refit.c              how near another one comes to that
+ *   expected_evidence.c  expected evidence of a stroke
+ *   instrument_check.c   an instrument or a number checked by itself
+ *   write_plan.c         plan.json, files of strokes
+ *   read_diagnosis.c     diagnosis.json
  *
  * before anything is measured:
- *   before.c       the whole                       before_power.c    statements of a matrix
- *   before_json.c  plan.json                       before_record.c  records that are meant
+ *   before.c              the whole
+ *   before_information.c  statements of an information matrix
+ *   before_json.c         plan.json
+ *   before_record.c       planned records
  * Included by: this folder, src/lab/report.
  */
 #ifndef PLANNING_H
@@ -148,7 +154,7 @@ stein_status plan__check_prediction(plan__prediction *v, const plan__model *side
 /** What a side predicts that is fitted to the prediction of another one.
  *  @param to  [noutput*rows] y - P w - Z u with y simulated at the w, u that come nearest: the
  *             prediction at w = u = 0 as seen from there
- *  @param P   [np][noutput*rows] of v as it counts beside that of `of` (odds.c)
+ *  @param P   [np][noutput*rows] of v as it counts beside that of `of` (expected_evidence.c)
  *  @param Z   [nz][noutput*rows] that both have
  *  @return OK, ENOMEM */
 stein_status plan__refit(double *to, plan__prediction *v, plan__reference *b,
@@ -161,7 +167,7 @@ stein_status plan__refit(double *to, plan__prediction *v, plan__reference *b,
 void plan__experiment_json(lab__json *j, const char *key, const lab_experiment *e,
                            const lab_diagnosis *d);
 
-/* ---- odds.c ---- */
+/* ---- expected_evidence.c ---- */
 
 /** Gram matrices of X = [y_A - y_B|A, y_A|B - y_B, P_A, Z, P_B, Z], one a channel; y_B|A: B fitted
  *  to the prediction of A. */
@@ -184,7 +190,7 @@ void plan__pair_free(plan__pair *pair);
 stein_status plan__odds(const plan__pair *pair, const unsigned char *use, double wanted, int most,
                         int rivals, lab_experiment *e, stein_err *err);
 
-/* ---- before_power.c ---- */
+/* ---- before_information.c ---- */
 
 /** What columns say about their causes.
  *  @param I      [n*n] information (inverse variance) with all that is refitted projected out, in

@@ -293,7 +293,8 @@ static int leaves(const plan__prediction *v, const plan__reference *b, int way, 
 /* Behind an event that may as well not happen - a bounce more, a pawl that just catches - a stroke
  * answers to its numbers more finely than anybody knows them, and what a model says of it tells
  * nothing about the model: it ends where a small part of what is uncertain makes it go another way
- * than its derivatives say. The numbers have been found from strokes that end so (settle.c). */
+ * than its derivatives say. The numbers have been found from strokes that end so (equilibrium.c).
+ */
 static stein_status foresee(plan__prediction *v, plan__reference *b, const fit__problem *p,
                             const double *x, const double *way, stein_err *err)
 {

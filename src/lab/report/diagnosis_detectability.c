@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * diagnosis_detectability.c - the list of all candidates by their detectability (power.c).
+ * diagnosis_detectability.c - the list of all candidates by their detectability (detectability.c).
  */
 #include <math.h>
 
@@ -88,8 +88,8 @@ void page__seen(FILE *f, const lab_diagnosis *d)
         return;
     }
     fputs("<section id=\"seen\"><h2>Detectability</h2>\n<p>What these records say about "
-          "every candidate beside what was found, all else refitted. An amount in the third column "
-          "would have been named with 95&nbsp;% probability.</p>\n",
+          "every candidate beside what was found, all else refitted. An effect of the size "
+          "\"would be named from\" would have been named with 95&nbsp;% probability.</p>\n",
           f);
     for (int k = 0; k < GROUPS; k++) {
         group(f, d, k);

@@ -105,10 +105,10 @@ void page__map(FILE *f, const lab_diagnosis *d)
         return;
     }
     fputs(
-        "<section id=\"map\"><h2>Where and when it departs</h2>\n<p>The model before anything "
-        "was added. Channels: RMS residual over the noise; joints: mean missing force. The "
-        "stronger the colour, the less it can be noise or chance from record to record; z is that "
-        "significance as a normal deviate.</p>\n<div class=\"scroll\" tabindex=\"0\"><table "
+        "<section id=\"map\"><h2>Where and when model and records differ</h2>\n<p>The model before "
+        "anything was added. Channels: RMS residual over the noise. Joints: mean missing force. A "
+        "strong colour means: neither noise nor scatter between records explains it. z is that "
+        "significance in standard deviations.</p>\n<div class=\"scroll\" tabindex=\"0\"><table "
         "class=\"map\">\n<tr>"
         "<td></td>",
         f);

@@ -106,7 +106,12 @@ static const char *const style[] = {
     "td:nth-child(4)::before{content:'noise '}.gains td:nth-child(5)::before{content:'after / "
     "before '}.numbers td:nth-child(4)::before{content:'moved '}.seen td:nth-child(2)::before{"
     "content:'estimate '}.seen td:nth-child(3)::before{content:'would be named from '}.seen "
-    "td:nth-child(4)::before{content:'upper limit '}.seen td:nth-child(5)::before{content:'of the "
+    "td:nth-child(4)::before{content:'upper limit '}.check td:nth-child(3)::before{content:'acted "
+    "'}.check td:nth-child(4)::before{content:'error before '}.check "
+    "td:nth-child(5)::before{content:'error after '}.check td:nth-child(6)::before{content:'from "
+    "noise '}.check td:nth-child(7)::before{content:'mean before '}.check "
+    "td:nth-child(8)::before{content:'mean after '}.check "
+    "td:nth-child(9)::before{content:'\xc2\xb1 '}.seen td:nth-child(5)::before{content:'of the "
     "plausible limit '}}\n"
     "@media print{body{background:#fff}figure,table,.card{break-inside:avoid}}\n"};
 

@@ -267,8 +267,8 @@ static void legend(FILE *f, int changed)
     }
     fputs("<span class=\"key area\"></span>twice the noise</p>\n<p class=\"quiet\">Differences: "
           "every sample pale, the mean of "
-          "11 samples strong. Of each channel the record predicted worst and the one predicted "
-          "best.</p>\n",
+          "11 samples strong. For each channel: the record predicted worst and the record "
+          "predicted best.</p>\n",
           f);
 }
 

@@ -321,7 +321,8 @@ static void remains_card(FILE *f, const lab_diagnosis *d)
             "testable with these records: %d</a>.</p>\n",
             d->nsuspect, weak, unseen);
     }
-    fprintf(f, "<p class=\"quiet\">%d samples of %d records</p></div>\n", d->samples, d->nfit);
+    fprintf(f, "<p class=\"quiet\">%d samples of %d record%s</p></div>\n", d->samples, d->nfit,
+            d->nfit == 1 ? "" : "s");
 }
 
 static void forces_card(FILE *f, const lab_motion *m)

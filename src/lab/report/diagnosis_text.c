@@ -13,6 +13,10 @@ void page__text(FILE *f, const char *text)
         case '&': fputs("&amp;", f); break;
         case '<': fputs("&lt;", f); break;
         case '>': fputs("&gt;", f); break;
+        case '-': // "1.64 -> 0.971"
+            fputs(text[1] == '>' ? "\xe2\x86\x92" : "-", f);
+            text += text[1] == '>';
+            break;
         case '"': fputs("&quot;", f); break;
         case '\'': fputs("&#39;", f); break;
         default: putc((unsigned char)*text < 0x20 ? ' ' : *text, f);
@@ -63,6 +67,12 @@ page__unit page__unit_for(const char *unit, double typical)
     double size = fabs(typical);
     unit = unit != NULL && strcmp(unit, "1") != 0 ? unit : "";
     snprintf(u.name, sizeof u.name, "%s", unit);
+    if (size >= 1e3 && size < 1e9 && strchr("NJWP", *unit) != NULL && *unit != '\0') {
+        int huge = size >= 1e6; // "26.8 kN/m"
+        u.factor = huge ? 1e-6 : 1e-3;
+        snprintf(u.name, sizeof u.name, "%s%s", huge ? "M" : "k", unit);
+        return u;
+    }
     if (!(size < 0.5) || !(size > 0.0)) {
         return u;
     }

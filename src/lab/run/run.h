@@ -118,7 +118,7 @@ typedef stein_status lab__point_fn(void *ctx, int point, stein_sim *sim, const l
 typedef struct lab__batch {
     const lab_stroke_def *def; /* of every run, without samples */
     const lab_model *model;
-    const stein_sim_def *sim; /* how they are computed; NULL: as the file says */
+    const stein_sim_def *sim; /* how they are computed; NULL: as the file states */
     const lab__steps *steps;  /* NULL: fixed steps */
     int n, threads;
     const unsigned char *skip;                    /* [n] 1: leave out this point; may be NULL */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * strike.c - one stroke, as a camera and a force gauge would judge it.
+ * strike.c - one stroke and what came of it: escapement, impact, outcome.
  *
  * Everything with a time comes from the core's located events, not from samples, so it does not
  * depend on the sampling. At an event only positions are read; what needs another state (the

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * bodies.c - masses, centres and inertias that nobody has said how well they are known.
+ * bodies.c - masses, centres and inertias whose tolerances are not stated.
  *
- * A file without any tolerance of its bodies holds what somebody weighed, guessed or took from a
+ * A file without any tolerance of its bodies holds what was weighed, guessed or taken from a
  * drawing. Three wrong numbers at once are more than a hypothesis has causes, and no effect of the
  * table is found beside them. So where no hypothesis leaves noise, the best ones are fitted once
  * more with all of these numbers free, their priors as wide as those of any number without a

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * descend.c - ways down to the least sum of squares.
+ * descend.c - ways of minimising: free, with an observer, over growing horizons.
  *
  *      free      Gauss-Newton on the free simulation
  *      held      while an observer holds the simulation near the records, its gain reduced from

@@ -5,7 +5,7 @@
  *      fit       ways down from there, and records that a fit has lost (descend.c)
  *      evidence  -2 ln p(records | hypothesis) by Laplace, scatter estimated (likelihood.c)
  *
- * Noise. Where nobody stated it, or the best hypothesis leaves more or less than was stated, it is
+ * Noise. Where it is not stated, or the best hypothesis leaves more or less than was stated, it is
  * an unknown of every fit: with v = chi2/dof in the noise of file or audit and residuals that are
  * alike over m samples
  *

@@ -11,14 +11,15 @@
  *   linear.c       the same, all else refitted linearly
  *   propose_*.c    proposers: which hypothesis, from which start, is worth its cost
  *   search.c       proposals in the order of their expected gain, until the budget is spent
- *   simpler.c, each.c     hypotheses that no proposer makes: without an idle cause, single ones
+ *   simpler.c      hypotheses that no proposer makes: without an idle cause
+ *   single_causes.c  likewise: every single cause
  *   bodies.c       masses, centres and inertias without a tolerance, refitted where nothing fits
  *   trace.c        one JSON line a row
  *   likelihood.c, mixed.c, shares.c   the records as a mixed model
  *
  *      problem -> [proposer -> proposal -> evaluate -> row -> table] ... -> judge (verdict/)
  *
- * A hypothesis is a set of causes. Whatever is believed about one comes from evaluate(): proposers
+ * A hypothesis is a set of causes. All that is known of one comes from evaluate(): proposers
  * predict by linear models, and their predictions order the work, nothing else.
  *
  * A model that lacks a cause leaves the records after the first event that comes late, and then its
@@ -81,7 +82,7 @@ typedef struct diag__problem {
     diag__mechanism **mechanism; /* made when they are asked for */
     int nmechanism;
     double input_share; /* what noise of measured forces adds to chi2/dof (input_noise.c) */
-    int scale_free; /* noise is estimated with every fit: nobody stated it, or the best hypothesis
+    int scale_free; /* noise is estimated with every fit: it is not stated, or the best hypothesis
                      * leaves more or less than was stated */
     double
         least_noise; /* variance, in that of file or audit: an audit sees what a fit takes away */
@@ -254,7 +255,7 @@ stein_status diag__everywhere(diag__problem *q, diag__table *t, const diag__row 
  *  @param again  out: the row that stands for the null hypothesis now, NULL: as before */
 stein_status diag__null_again(diag__problem *q, diag__table *t, diag__row **again, stein_err *err);
 
-/* ---- each.c ---- */
+/* ---- single_causes.c ---- */
 
 /** Single causes that have no row yet, while no row leaves noise. @return OK, ENOMEM */
 stein_status diag__try_each(diag__problem *q, diag__table *t, stein_err *err);

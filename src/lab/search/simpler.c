@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * simpler.c - hypotheses that rows themselves ask for: no linear model is needed to propose them.
+ * simpler.c - hypotheses that follow from rows alone, without a linear model.
  *
  *      without a cause whose amount may be 0, from where the fit with it ended
  *      with a cause in all records that begins at one

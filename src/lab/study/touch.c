@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * touch.c - how the action answers the player: loads from 40 to 400 g, keys pressed and struck.
+ * touch.c - response of the action to the player: loads from 40 to 400 g, keys pressed and struck.
  *
  * The paper drives with one mass. A force-driven agreement says little about an action (Thorin,
  * Boutillon & Lozada 2014), so the key is also moved by prescribed motions over the way the load

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * diagnosing.h - what the files of the diagnosis share.
  *
- *   phase.c         the phase of the stroke at every frame  diagnosis.c       words, release
- *   departure.c     where the residual is more than noise   diagnosis_json.c  diagnosis.json
- *   latent.c        the force that the model lacks          diagnosis_page.c  report.html, with
- *   latent_phase.c  the same by phase                       diagnosis_page.h  its own files
- *   push.c          what a force does to the channels
- *   evidence.c      how large it is
+ *   phase.c                the phase of the stroke at every frame
+ *   departure.c            where the residual is more than noise
+ *   missing_force.c        the force that the model lacks
+ *   missing_force_phase.c  the same by phase
+ *   force_response.c       what a force does to the channels
+ *   evidence.c             how large it is
  *
  * Phases lie behind each other, stroke by stroke, one name a frame: sample i of stroke s at
  * phase[diag__frame(p, s) + i]. Names are constants, equal names are equal pointers.
@@ -55,7 +55,7 @@ stein_status diag__trace(lab_trace **list, int *n, const fit__problem *p, int st
                          const double *before, const double *after, const char *const *phase,
                          stein_err *err);
 
-/* ---- push.c ---- */
+/* ---- force_response.c ---- */
 
 /** A generalised force on a joint while a stroke is simulated: a hat over time, or constant in one
  *  phase. */
@@ -69,9 +69,9 @@ typedef struct diag__push {
 } diag__push;
 /** Fill in the columns of n pushes, on threads.
  *  @param time  simulation time of all frames (diag__phases)  @return OK, ENOMEM */
-stein_status diag__push_columns(const fit__problem *p, const double *x, const double *r,
-                                const char *const *phase, const double *time, diag__push *push,
-                                int n, stein_err *err);
+stein_status diag__force_columns(const fit__problem *p, const double *x, const double *r,
+                                 const char *const *phase, const double *time, diag__push *push,
+                                 int n, stein_err *err);
 
 /* ---- evidence.c ---- */
 
@@ -96,7 +96,7 @@ stein_status diag__gauss_make(diag__gauss *g, int n, int ngroup, stein_err *err)
 /** Choose tau by marginal likelihood and find f. @return OK, ENOMEM */
 stein_status diag__gauss_solve(diag__gauss *g, stein_err *err);
 
-/* ---- latent.c, latent_phase.c ---- */
+/* ---- missing_force.c, missing_force_phase.c ---- */
 
 /** What the search for missing forces needs. */
 typedef struct diag__plan {

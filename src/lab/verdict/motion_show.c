@@ -119,7 +119,7 @@ static void draw_forces(FILE *f, const lab_motion *m, double sx)
     }
 }
 
-/* needed less there, over the band of noise; room [4n] */
+/* needed less acted, over the band of noise; room [4n] */
 static void draw_errors(FILE *f, const lab_motion *m, double sx, const char *time, double *room)
 {
     int n = m->n;
@@ -140,7 +140,7 @@ static void draw_errors(FILE *f, const lab_motion *m, double sx, const char *tim
     p.y0 = u.factor * lo;
     p.y1 = u.factor * hi;
     page__range(&p.y0, &p.y1, 0.05);
-    snprintf(label, sizeof label, "needed less there [%s]", u.name);
+    snprintf(label, sizeof label, "needed \xe2\x88\x92 acted [%s]", u.name);
     page__band(&p, "noise", m->t, low, high, n, sx, u.factor);
     page__axes(&p, time, label);
     fprintf(f, "<path class=\"zero\" d=\"M%.1f %.1fh%.1f\"/>\n", p.left, page__y(&p, 0.0), p.width);
@@ -159,11 +159,11 @@ static void draw(FILE *f, const lab_motion *m)
     int quick = m->t[m->n - 1] - m->t[0] < 2.0;
     double sx = quick ? 1e3 : 1.0;
     const char *name = strrchr(m->file, '/'), *time = quick ? "time [ms]" : "time [s]";
-    fputs("<p class=\"legend\"><span class=\"key dot\"></span>the force that was there<span "
-          "class=\"key rust\"></span>needed by the model as it is",
+    fputs("<p class=\"legend\"><span class=\"key dot\"></span>force that acted<span class=\"key "
+          "rust\"></span>needed by the model of the file",
           f);
-    fputs(is_extended(m) ? "<span class=\"key blue\"></span>by the extended one" : "", f);
-    fputs("<span class=\"key area\"></span>noise, twice</p>\n<div class=\"plots\"><figure>", f);
+    fputs(is_extended(m) ? "<span class=\"key blue\"></span>by the extended model" : "", f);
+    fputs("<span class=\"key area\"></span>twice the noise</p>\n<div class=\"plots\"><figure>", f);
     page__svg_open(f, WIDTH, 362, "the force that the measured motion needs, and the one there");
     draw_forces(f, m, sx);
     draw_errors(f, m, sx, time, room);
@@ -175,32 +175,45 @@ static void draw(FILE *f, const lab_motion *m)
     free(room);
 }
 
+static int has_share(const lab_motion_part *p)
+{
+    return isfinite(p->share) && isfinite(p->share_sd);
+}
+
 static void share(FILE *f, const char *of, const lab_motion_part *p)
 {
-    if (isfinite(p->share) && isfinite(p->share_sd)) {
-        fprintf(f, " The %s %s%.2f \xc2\xb1 %.2f of what the extension changes.", of,
-                p->share < 0.0 ? "\xe2\x88\x92" : "", fabs(p->share), p->share_sd);
-    }
+    fprintf(f, "%s: %s%.2f \xc2\xb1 %.2f", of, p->share < 0.0 ? "\xe2\x88\x92" : "", fabs(p->share),
+            p->share_sd);
 }
 
 static void words(FILE *f, const lab_motion *m)
 {
     static const char *const says[] = {"", "supports the verdict", "contradicts the verdict",
                                        "cannot tell"};
-    fputs("<p>The records above were compared in position, which filters forces. Here ", f);
+    fputs("<p>A mechanism filters forces: what is wrong in a force may be small in a position. So "
+          "the measured motion of ",
+          f);
     page__words(f, m->joint);
-    fputs(" moves as ", f);
+    fputs(" (", f);
     page__words(f, m->channel != NULL ? m->channel : m->input);
-    fprintf(f,
-            " shows it, smoothed, in %d record%s%s; the rest is "
-            "simulated, and the force that this needs is compared with the one that was there. "
-            "This <em>%s</em>: ",
-            m->strokes, m->strokes == 1 ? "" : "s", m->held_out ? " that were held out" : "",
-            says[m->says]);
+    fprintf(
+        f,
+        ", smoothed) is prescribed here, in %d record%s%s. The rest is simulated, and the force "
+        "that the motion needs is compared with the force that acted. The check <em>%s</em>: ",
+        m->strokes, m->strokes == 1 ? "" : "s", m->held_out ? " held out" : "", says[m->says]);
     page__text(f, m->why);
     fputs(".", f);
-    share(f, "force has", &m->of_force);
-    share(f, "free channels have", &m->of_channels);
+    int force = has_share(&m->of_force), channels = has_share(&m->of_channels);
+    if (force || channels) {
+        fputs(" Share of what the extension changes that the records show (0: none, 1: all) ", f);
+    }
+    if (force) {
+        share(f, "in the force", &m->of_force);
+    }
+    if (channels) {
+        share(f, force ? ", in the free channels" : "in the free channels", &m->of_channels);
+    }
+    fputs(force || channels ? "." : "", f);
     fputs("</p>\n", f);
 }
 
@@ -233,9 +246,9 @@ static void row(FILE *f, const lab_motion_row *r)
 }
 
 static const char head[] =
-    "<div class=\"scroll\" tabindex=\"0\"><table><tr><th></th><th>phase</th><th>there</th><th>off "
-    "by, before</th>"
-    "<th>after</th><th>noise makes</th><th>mean before</th><th>after</th><th>\xc2\xb1</th></tr>\n";
+    "<div class=\"scroll\" tabindex=\"0\"><table class=\"fold check\"><tr><th></th><th>phase</th>"
+    "<th>acted</th><th>error before</th><th>error after</th><th>from noise</th><th>mean before</th>"
+    "<th>mean after</th><th>\xc2\xb1</th></tr>\n";
 
 void page__motion(FILE *f, const lab_diagnosis *d)
 {
@@ -265,10 +278,10 @@ void page__motion(FILE *f, const lab_diagnosis *d)
         }
     }
     fputs(
-        "</table></div></details>\n<p class=\"quiet\">There, off by: RMS; off by is of means over "
-        "a few "
-        "milliseconds, less what smoothing takes away. Mean: with its sign. What noise makes, and "
-        "\xc2\xb1 of the mean: from records that the models make themselves, with the noise of "
-        "these.</p>\n</section>\n",
+        "</table></div></details>\n<p class=\"quiet\">Force and errors are RMS values. Errors are "
+        "of "
+        "means over a few milliseconds, without the bias of smoothing. Means have their sign. The "
+        "errors that noise makes, and \xc2\xb1 of a mean, come from records that the models "
+        "generate with the noise of these.</p>\n</section>\n",
         f);
 }

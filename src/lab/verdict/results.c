@@ -178,7 +178,7 @@ static lab_suspect other(diag__problem *q, const diag__table *t, const diag__row
     return s;
 }
 
-/* as of power.c, from the row itself */
+/* as of detectability.c, from the row itself */
 static void present(lab_suspect *s)
 {
     double sd = s->number[0].sd;

@@ -174,7 +174,7 @@ static void say_gain(lab_diagnosis *o)
     }
     snprintf(text, sizeof text,
              g->hi < 1.0 ? " Held-out records are predicted better: %.3g -> %.3g noise."
-                         : " Held-out records do not show it: %.3g -> %.3g noise.",
+                         : " Held-out records are predicted no better: %.3g -> %.3g noise.",
              g->rmse_before, g->rmse_after);
     append(o, text);
 }

@@ -1,18 +1,18 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * verdict.h - from a closed table of hypotheses to a diagnosis.
  *
- *   judge.c        the rules: a pure function of numbers
- *   sentence.c     the reason in words, from the same numbers
- *   reporting.c    reporting records, predicted
- *   verify.c       extended.yaml read again, against the table
- *   explain.c      why a candidate is not the verdict
- *   power.c        which other candidates would have been detected
- *   records.c      record by record: what is left, the amount of a cause
- *   odd_setting.c  a setting of a reporting record that does not fit it
- *   slip.c         a sign that all records have wrong, as a cause
- *   results.c      numbers of causes, rivals and the file
- *   posterior.c    what is known of causes and rivals, for the next experiment
- *   motion.h       the verdict once more, from a prescribed motion and its force
+ *   judge.c          the rules: a pure function of numbers
+ *   sentence.c       the reason in words, from the same numbers
+ *   reporting.c      reporting records, predicted
+ *   verify.c         extended.yaml read again, against the table
+ *   explain.c        why a candidate is not the verdict
+ *   detectability.c  which other candidates would have been detected
+ *   records.c        record by record: what is left, the amount of a cause
+ *   odd_setting.c    a setting of a reporting record that does not fit it
+ *   sign_error.c     a sign that all records have wrong, as a cause
+ *   results.c        numbers of causes, rivals and the file
+ *   posterior.c      what is known of causes and rivals, for the next experiment
+ *   motion.h         the verdict once more, from a prescribed motion and its force
  * Included by: this folder, src/lab.
  */
 #ifndef DIAG_VERDICT_H
@@ -123,7 +123,7 @@ void diag__say_setting(lab_diagnosis *o, const lab_suspect *s);
 stein_status diag__explain(const diag__problem *q, const diag__table *t, const diag__judgement *j,
                            const char *name, char **text, stein_err *err);
 
-/* ---- power.c ---- */
+/* ---- detectability.c ---- */
 
 /** Smallest amount that is named with 95 %, by its information beside all else; the same, for a
  *  fit without it to be excluded as a rival (diag__convincing). */
@@ -161,12 +161,12 @@ int diag__is_odd(const diag__odd_setting *o, const diag__row *row, int fitted, i
 stein_status diag__take_odd_setting(const diag__problem *q, const diag__odd_setting *odd,
                                     lab_diagnosis *o, stein_err *err);
 
-/* ---- slip.c ---- */
+/* ---- sign_error.c ---- */
 
 /** The gain -1 of an output that all records show with the wrong sign, as the cause of a diagnosis
  *  without a fit. @return OK (also when there is none), ENOMEM, a failure of lab_candidates */
-stein_status diag__name_slip(const lab_model *model, const lab_dataset *data,
-                             const lab_doubts *doubts, lab_diagnosis *o, stein_err *err);
+stein_status diag__name_sign_error(const lab_model *model, const lab_dataset *data,
+                                   const lab_doubts *doubts, lab_diagnosis *o, stein_err *err);
 
 /* ---- results.c ---- */
 

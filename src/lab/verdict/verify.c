@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * verify.c - is what is written what was found? extended.yaml is read again, as a file like any
+ * verify.c - does extended.yaml reproduce the fit? It is read again, as a file like any
  * other, and the records are simulated with its numbers.
  *
  *      table   RMS residual of the hypothesis (or law) of the verdict, in noise

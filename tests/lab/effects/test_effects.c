@@ -8,6 +8,7 @@
 
 #include "lab_support.h"
 #include "stein/diagnose.h"
+#include "structure.h"
 
 Suite *effects_suite(void);
 
@@ -71,6 +72,47 @@ START_TEST(kinds_are_unique_and_as_documented)
     }
     ck_assert_ptr_null(lab_effect_find("magic"));
     ck_assert_int_eq(compliances, 3); // hinge, axis, partner
+}
+END_TEST
+
+/* of one joint and one channel with scales that are no round numbers */
+static double limit_of(const char *kind, lab_site site)
+{
+    double weight = 1.31, energy = 2.7, speed = 3.3, travel = 0.61, length = 0.17, range = 0.23;
+    const lab__scales s = {.weight = &weight,
+                           .energy = &energy,
+                           .speed = &speed,
+                           .travel = &travel,
+                           .length = &length,
+                           .range = &range,
+                           .heaviness = 4.1};
+    switch (site) {
+    case LAB_AT_JOINT: return lab__joint_limit(kind, &s, 0);
+    case LAB_AT_BODY: return lab__body_limit(kind, &s, 0, 0.37);
+    case LAB_AT_CONTACT:
+    case LAB_AT_SURFACE: return lab__contact_limit(kind, &s, 0.37);
+    case LAB_AT_CHANNEL:
+    case LAB_AT_MARKER: return lab__channel_limit(kind, &s, 0);
+    case LAB_AT_INPUT: return lab__input_limit(kind);
+    default: return NAN;
+    }
+}
+
+START_TEST(every_kind_has_a_largest_size_and_an_unknown_one_has_none)
+{
+    int n, sized = 0;
+    const lab_effect *e = lab_effects(&n);
+    for (int i = 0; i < n; i++) {
+        int elsewhere = e[i].needs != NULL || e[i].site == LAB_AT_LINK ||
+                        e[i].site == LAB_AT_LOAD || e[i].site == LAB_AT_CLOCK ||
+                        e[i].site == LAB_AT_PARAMETER || e[i].site == LAB_AT_SETTING;
+        double limit = limit_of(e[i].kind, e[i].site);
+        ck_assert_msg(elsewhere || (isfinite(limit) && limit > 0.0), "%s", e[i].kind);
+        ck_assert_msg(isnan(limit_of("magic", e[i].site)), "%s", e[i].kind);
+        sized += !elsewhere;
+    }
+    ck_assert_int_eq(sized, 27);
+    ck_assert_double_eq(limit_of("joint_stiffness", LAB_AT_JOINT), 1.31 / 0.61);
 }
 END_TEST
 
@@ -505,6 +547,7 @@ Suite *effects_suite(void)
     TCase *tc = tcase_create("effects");
     tcase_set_timeout(tc, 120);
     tcase_add_test(tc, kinds_are_unique_and_as_documented);
+    tcase_add_test(tc, every_kind_has_a_largest_size_and_an_unknown_one_has_none);
     tcase_add_test(tc, kinds_that_are_hard_to_tell_apart_exist);
     tcase_add_loop_test(tc, every_candidate_moves_what_is_predicted, 0, 4);
     tcase_add_test(tc, neutral_values_leave_a_stroke_bit_for_bit);

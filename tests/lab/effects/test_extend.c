@@ -25,9 +25,9 @@ static lab_fit_value fitted[] = {
     {.name = "string.height", .unit = "m", .start = 74.553e-3, .value = 74.601e-3, .sd = 3e-5},
     {.name = "notch.friction.A", .unit = "1", .start = 0.3133, .value = 0.3271, .sd = 0.011}};
 
-static lab_trace shown[] = {{.file = "strokes/f6_01.csv"},
-                            {.file = "strokes/f6_01.csv"},
-                            {.file = "strokes/f6_07.csv", .held_out = 1}};
+static lab_seen record[] = {{.file = "strokes/f6_01.csv"},
+                            {.file = "strokes/f6_02.csv"},
+                            {.file = "strokes/f6_07.csv", .reporting = 1}};
 static char *finding[] = {"f6_01.csv: 2 frames are missing"};
 
 static lab_suspect suspect(const lab_candidate *c, double amount)
@@ -63,8 +63,8 @@ static lab_diagnosis diagnosis(lab_suspect *list, int n)
                        .value = fitted,
                        .nfinding = 1,
                        .finding = finding,
-                       .ntrace = 3,
-                       .trace = shown};
+                       .nrecord = 3,
+                       .record = record};
     d.gain.ratio = 0.31, d.gain.lo = 0.28, d.gain.hi = 0.36;
     return d;
 }
@@ -294,7 +294,7 @@ START_TEST(the_head_says_what_was_added_and_from_which_data)
         "#     k_to_F0 = ",
         "# From 12 records, and 6 held out, on which the error is 0.31 of what it was, 95 %: 0.28 ",
         " .. 0.36\n",
-        "#   data f6_01.csv\n#   data f6_07.csv (held out)\n",
+        "#   data f6_01.csv\n#   data f6_02.csv\n#   data f6_07.csv (held out)\n",
         "#   audit f6_01.csv: 2 frames are missing\n",
         "#   key.mass = 0.070912 +- 0.00021 kg (was 0.07045)\n",
         "mass: 70.9123456789012 g +- 0.21 g ",
@@ -397,25 +397,25 @@ static const char cart[] = "# a cart of \xc2\xb5m\n"
                            "nothing: {}\n"
                            "# the end\n";
 
-static lab__surgery *open_up(const char *text)
+static lab__yaml_edit *open_up(const char *text)
 {
-    lab__surgery *s = NULL;
-    ck_assert_stein(lab__surgery_begin(&s, text, strlen(text), err));
+    lab__yaml_edit *s = NULL;
+    ck_assert_stein(lab__yaml_edit_begin(&s, text, strlen(text), err));
     return s;
 }
 
-/* the surgery is over: `from` has become `to` in the text and the rest is as it was */
-static void closed_up(lab__surgery *s, const char *text, const char *from, const char *to)
+/* the edit is done: `from` has become `to` in the text and the rest is as it was */
+static void closed_up(lab__yaml_edit *s, const char *text, const char *from, const char *to)
 {
     char *out = NULL;
     size_t size = 0;
     const char *at = strstr(text, from);
     ck_assert_msg(at != NULL, "the text has no %s", from);
     char *expected = lab__text("%.*s%s%s", (int)(at - text), text, to, at + strlen(from));
-    ck_assert_stein(lab__surgery_text(s, &out, &size, err));
+    ck_assert_stein(lab__yaml_edit_text(s, &out, &size, err));
     ck_assert_str_eq(out, expected);
     ck_assert_uint_eq(size, strlen(expected));
-    lab__surgery_end(s);
+    lab__yaml_edit_end(s);
     free(expected);
     free(out);
 }
@@ -426,17 +426,17 @@ START_TEST(a_path_leads_to_a_text_or_to_nothing)
                                           "list/2",    "list/-1",       "list/0/between",
                                           "list/1/at", "mechanism/x",   "list/0/between/2",
                                           "nothing",   "nothing/at/all"};
-    lab__surgery *s = open_up(cart);
-    ck_assert_str_eq(lab__surgery_get(s, "bodies/cart/mass"), "2 kg");
-    ck_assert_str_eq(lab__surgery_get(s, "list/0/between/1"), "rod");
-    ck_assert_str_eq(lab__surgery_get(s, "list/1"), "rod");
+    lab__yaml_edit *s = open_up(cart);
+    ck_assert_str_eq(lab__yaml_edit_get(s, "bodies/cart/mass"), "2 kg");
+    ck_assert_str_eq(lab__yaml_edit_get(s, "list/0/between/1"), "rod");
+    ck_assert_str_eq(lab__yaml_edit_get(s, "list/1"), "rod");
     for (size_t i = 0; i < sizeof nowhere / sizeof *nowhere; i++) {
-        ck_assert_msg(lab__surgery_get(s, nowhere[i]) == NULL, "%s", nowhere[i]);
-        ck_assert_int_eq(lab__surgery_set(s, nowhere[i], "x"), -1);
+        ck_assert_msg(lab__yaml_edit_get(s, nowhere[i]) == NULL, "%s", nowhere[i]);
+        ck_assert_int_eq(lab__yaml_edit_set(s, nowhere[i], "x"), -1);
     }
-    ck_assert_int_eq(lab__surgery_set(s, "bodies/cart/mass", "3 kg"), 0);
+    ck_assert_int_eq(lab__yaml_edit_set(s, "bodies/cart/mass", "3 kg"), 0);
     closed_up(s, cart, "2 kg", "3 kg");
-    lab__surgery_end(NULL);
+    lab__yaml_edit_end(NULL);
 }
 END_TEST
 
@@ -451,21 +451,21 @@ START_TEST(an_entry_goes_where_the_others_of_its_mapping_are)
         {"list/0", "gap: 1", "- between", "- gap: 1\n    between"},
     };
     for (size_t i = 0; i < sizeof add / sizeof *add; i++) {
-        lab__surgery *s = open_up(cart);
-        ck_assert_stein(lab__surgery_add_key(s, add[i].path, add[i].entry, err));
+        lab__yaml_edit *s = open_up(cart);
+        ck_assert_stein(lab__yaml_edit_add_key(s, add[i].path, add[i].entry, err));
         closed_up(s, cart, add[i].from, add[i].to);
     }
     // sections that are new stand behind the others, each once, above what is said at the end
-    lab__surgery *s = open_up(cart);
-    ck_assert_stein(lab__surgery_add(s, "tables", "a: 1", err));
-    ck_assert_stein(lab__surgery_add(s, "links", "b: 2", err));
-    ck_assert_stein(lab__surgery_add(s, "tables", "c: 3", err));
+    lab__yaml_edit *s = open_up(cart);
+    ck_assert_stein(lab__yaml_edit_add(s, "tables", "a: 1", err));
+    ck_assert_stein(lab__yaml_edit_add(s, "links", "b: 2", err));
+    ck_assert_stein(lab__yaml_edit_add(s, "tables", "c: 3", err));
     char *out = NULL;
     size_t size = 0;
-    ck_assert_stein(lab__surgery_text(s, &out, &size, err));
+    ck_assert_stein(lab__yaml_edit_text(s, &out, &size, err));
     ck_assert_ptr_nonnull(strstr(out, "\ntables:\n  c: 3\n  a: 1\n\nlinks:\n  b: 2\n"));
     ck_assert_ptr_nonnull(strstr(out, "# the end\n"));
-    lab__surgery_end(s);
+    lab__yaml_edit_end(s);
     free(out);
 }
 END_TEST
@@ -473,11 +473,11 @@ END_TEST
 START_TEST(what_is_no_mapping_takes_no_entry)
 {
     static const char *const place[] = {"bodies/rod", "mechanism", "list", "nothing"};
-    lab__surgery *s = open_up(cart);
+    lab__yaml_edit *s = open_up(cart);
     for (size_t i = 0; i < sizeof place / sizeof *place; i++) {
         stein_err why = {STEIN_OK, ""};
         char *says = lab__text("nothing can be added to \"%s\"", place[i]);
-        ck_assert_int_eq(lab__surgery_add_key(s, place[i], "a: 1", &why), STEIN_EINVAL);
+        ck_assert_int_eq(lab__yaml_edit_add_key(s, place[i], "a: 1", &why), STEIN_EINVAL);
         ck_assert_str_eq(why.msg, says);
         free(says);
     }
@@ -488,29 +488,30 @@ END_TEST
 START_TEST(a_file_in_one_line_gets_its_section_in_that_line)
 {
     static const char line[] = "\xef\xbb\xbf{mechanism: \xc3\xa4, bodies: {}}";
-    lab__surgery *s = open_up(line);
-    ck_assert_stein(lab__surgery_add(s, "tables", "a: 1", err));
+    lab__yaml_edit *s = open_up(line);
+    ck_assert_stein(lab__yaml_edit_add(s, "tables", "a: 1", err));
     closed_up(s, line, "{mech", "{tables: {a: 1}, mech");
     s = open_up("a: b");
-    ck_assert_stein(lab__surgery_add(s, "tables", "a: 1", err));
+    ck_assert_stein(lab__yaml_edit_add(s, "tables", "a: 1", err));
     closed_up(s, "a: b", "a: b", "a: b\n\ntables:\n  a: 1\n");
 }
 END_TEST
 
 START_TEST(a_word_is_swapped_wherever_it_is_a_value)
 {
-    lab__surgery *s = open_up(cart);
-    ck_assert_int_eq(lab__surgery_swap(s, "rod", "arm"), 2);
-    ck_assert_int_eq(lab__surgery_swap(s, "wheel", "arm"), 0);
+    lab__yaml_edit *s = open_up(cart);
+    ck_assert_int_eq(lab__yaml_edit_swap(s, "rod", "arm"), 2);
+    ck_assert_int_eq(lab__yaml_edit_swap(s, "wheel", "arm"), 0);
     char *out = NULL;
     size_t size = 0;
-    ck_assert_stein(lab__surgery_text(s, &out, &size, err));
+    ck_assert_stein(lab__yaml_edit_text(s, &out, &size, err));
     ck_assert_ptr_nonnull(strstr(out, "[cart, arm]\n    about: cart\n  - arm\n"));
     free(out);
-    lab__surgery_end(s);
+    lab__yaml_edit_end(s);
     s = open_up(cart);
-    ck_assert_int_eq(lab__surgery_swap(s, "cart", "box"), 2); // of a name and a list, not of words
-    lab__surgery_end(s);
+    ck_assert_int_eq(lab__yaml_edit_swap(s, "cart", "box"),
+                     2); // of a name and a list, not of words
+    lab__yaml_edit_end(s);
 }
 END_TEST
 
@@ -518,9 +519,9 @@ START_TEST(what_is_no_yaml_is_not_opened)
 {
     static const char *const bad[] = {"", "a: [", "{a: b", "a: b: c\n"};
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
-        lab__surgery *s = NULL;
+        lab__yaml_edit *s = NULL;
         stein_err why = {STEIN_OK, ""};
-        ck_assert_int_eq(lab__surgery_begin(&s, bad[i], strlen(bad[i]), &why), STEIN_EPARSE);
+        ck_assert_int_eq(lab__yaml_edit_begin(&s, bad[i], strlen(bad[i]), &why), STEIN_EPARSE);
         ck_assert_str_eq(why.msg, "the text is no YAML");
         ck_assert_ptr_null(s);
     }

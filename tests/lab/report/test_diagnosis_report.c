@@ -305,7 +305,7 @@ START_TEST(the_page_stands_alone_and_takes_no_text_for_markup)
         "A &quot;reason&quot; with &lt;tags&gt; &amp; signs",
         "place1",
         "The force that the measured motion needs",
-        "This <em>supports the verdict</em>: a &lt;why&gt;.",
+        "The check <em>supports the verdict</em>: a &lt;why&gt;.",
         "0.97 \xc2\xb1 0.08",
         "&lt;script ",
         "a&lt;b&gt;.csv",
@@ -634,14 +634,14 @@ END_TEST
 
 START_TEST(a_check_without_an_extension_draws_what_the_model_needs)
 {
-    static const char *const has[] = {" moves as drive shows it, smoothed, in 1 record; the rest",
-                                      "needed by the model as it is<span class=\"key area\">",
-                                      "The force has " MINUS
-                                      "0.40 \xc2\xb1 0.30 of what the extension changes.",
-                                      "time [s]",
-                                      "<figcaption>a&lt;b&gt;.csv</figcaption>",
-                                      NULL};
-    static const char *const bare[] = {"This <em>cannot tell</em>", NULL};
+    static const char *const has[] = {
+        " (drive, smoothed) is prescribed here, in 1 record. The rest",
+        "needed by the model of the file<span class=\"key area\">",
+        "in the force: " MINUS "0.40 \xc2\xb1 0.30",
+        "time [s]",
+        "<figcaption>a&lt;b&gt;.csv</figcaption>",
+        NULL};
+    static const char *const bare[] = {"The check <em>cannot tell</em>", NULL};
     lab_diagnosis *d = made_up();
     lab_motion *m = &d->motion;
     check_motion(m);
@@ -656,12 +656,12 @@ START_TEST(a_check_without_an_extension_draws_what_the_model_needs)
     m->held_out = 0;
     m->of_force.share = -0.4;
     m->of_force.share_sd = 0.3;
-    page_has(d, has, "by the extended one");
+    page_has(d, has, "by the extended model");
     m->n = 1; // no curve
     m->nrow = 0;
     m->says = LAB_MOTION_CANNOT_TELL;
     m->of_force.share_sd = NAN;
-    page_has(d, bare, "of what the extension changes");
+    page_has(d, bare, "in the force:");
     page_has(d, bare, "<figcaption>a&lt;b&gt;.csv");
     lab_diagnosis_destroy(d);
 }

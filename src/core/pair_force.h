@@ -1,18 +1,18 @@
 /* SPDX-License-Identifier: MIT
- * press.h - the forces of a place where a pair presses and rubs, for spots and notches.
+ * pair_force.h - the forces of a place where a pair presses and rubs, for spots and notches.
  *
- * The force on the first body of a pair is f_n n - mu(v) f_n t, t being n turned by -90 degrees,
- * the second body gets the opposite one at the same place; f_n from the depth and its rate, v the
- * speed of sliding along t.
+ * The force on the first body of a pair is f_n n - mu(v) f_n t, t being n turned by -90 degrees.
+ * The second body gets the opposite one at the same place. f_n follows from the depth and its
+ * rate; v is the speed of sliding along t.
  * Included by: this folder.
  */
-#ifndef STEIN_PRESS_H
-#define STEIN_PRESS_H
+#ifndef STEIN_PAIR_FORCE_H
+#define STEIN_PAIR_FORCE_H
 
 #include "core.h"
 
 #if STEIN_LANES == 1
-/* a place for whoever asks, and its forces added to f */
+/* a place is kept for queries, and its forces are added to f */
 ALWAYS void stein__tell(stein_sim *sim, const touch *t, double slip, double grip, double tangent)
 {
     spot_force *f = t->sum;
@@ -28,8 +28,8 @@ ALWAYS void stein__tell(stein_sim *sim, const touch *t, double slip, double grip
 }
 #endif
 
-/* Are the forces of a place told? In a stage nobody asks for them but friction that sticks, and a
- * lane is never asked. */
+/* Are the forces of a place kept? In a stage only friction that sticks needs them, and in a lane
+ * nothing does. */
 ALWAYS int stein__tells(const stein_sim *sim, place_in_step inside)
 {
     return STEIN_LANES == 1 && (inside != IN_STAGE || sim->model->nstick > 0);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * slip.c - a sign that all records have wrong, as a cause: the gain of the instrument is -1.
+ * sign_error.c - a sign that all records have wrong, as a cause: the gain of the instrument is -1.
  *
  * Nothing has been fitted then, so the number has no interval; but it can be written, and the file
  * with it reads the records as they are.
@@ -25,8 +25,8 @@ static const char *mirrored(const lab_dataset *data, const lab_doubts *doubts)
     return c->role == LAB_OUTPUT ? c->name : NULL;
 }
 
-stein_status diag__name_slip(const lab_model *model, const lab_dataset *data,
-                             const lab_doubts *doubts, lab_diagnosis *o, stein_err *err)
+stein_status diag__name_sign_error(const lab_model *model, const lab_dataset *data,
+                                   const lab_doubts *doubts, lab_diagnosis *o, stein_err *err)
 {
     const char *channel = mirrored(data, doubts);
     lab_candidate *list = NULL;

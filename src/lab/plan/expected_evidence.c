@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * odds.c - the evidence that a record is expected to give for one model over another.
+ * expected_evidence.c - the evidence that a record is expected to give for one model over another.
  *
  * Near its fit each of two models M predicts the channels of a stroke, in units of noise, as
  *

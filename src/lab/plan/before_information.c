@@ -1,13 +1,14 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * before_power.c - what a matrix of information says about causes, before anything is measured.
+ * before_information.c - what a matrix of information says about causes, before anything is
+ * measured.
  *
  * With amounts a [limits] and everything that is refitted projected out (search/linear.c), the
  * records have the information I = G'PG. A cause alone is named from
  *
  *      (sqrt(25 + ln(1 + I_ii)) + 1.645) / sqrt(I_ii)
  *
- * on, with 95 % (verdict/power.c). Where i is what acts and j is fitted in its place, what remains
- * of chi2 is a_i^2 times
+ * on, with 95 % (verdict/detectability.c). Where i is what acts and j is fitted in its place, what
+ * remains of chi2 is a_i^2 times
  *
  *      I_ii - I_ij^2 / I_jj = I_ii (1 - rho^2)
  *

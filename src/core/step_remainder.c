@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * rest.c - the rest of a fixed step that has more events than are located.
+ * step_remainder.c - what is left of a fixed step with more events than are located.
  *
  * Two Runge-Kutta steps at most, without any search: contacts that are met on the way are on from
  * the beginning, as their laws give no force before; everything else changes its mode at the end.
@@ -32,14 +32,14 @@ static const double too_long = 3.0;             /* of h (B + h K)/m: Runge-Kutta
 
 static stein_status refuse(stein_sim *sim, stein_err *err)
 {
-    return stein__blame(sim, sim->def.dt, STEIN_ECHATTER,
-                        "a contact begins and ends within one step", err);
+    return stein__explain_failure(sim, sim->def.dt, STEIN_ECHATTER,
+                                  "a contact begins and ends within one step", err);
 }
 
 static int knows_implicit(const stein_sim *sim)
 {
     const stein_model *m = sim->model;
-    return m->nrow == 0 && m->nball == 0 && m->nstick == 0 && sim->rider == NULL;
+    return m->nrow == 0 && m->nball == 0 && m->nstick == 0 && sim->follower == NULL;
 }
 
 /* ---- the implicit step ---- */

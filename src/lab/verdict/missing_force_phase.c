@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * latent_phase.c - the force that the model lacks, joint by phase, over all strokes.
+ * missing_force_phase.c - the force that the model lacks, joint by phase, over all strokes.
  *
- * As in latent.c, with f constant in one phase of all strokes. Each stroke has its own unknowns and
- * its own deviation of every one of these forces, with variances from the strokes themselves
- * (mixed.h),
+ * As in missing_force.c, with f constant in one phase of all strokes. Each stroke has its own
+ * unknowns and its own deviation of every one of these forces, with variances from the strokes
+ * themselves (mixed.h),
  *
  *      r_s = J_s v + G_s (f + f_s) + Z_s u_s + e,      f_s ~ N(0, D),  u_s under its priors
  *
@@ -96,7 +96,7 @@ static stein_status push_table(table *t, const diag__plan *l, stein_err *err)
         }
     }
     stein_status status =
-        diag__push_columns(l->p, l->x, l->r, l->phase, l->time, t->push + first * t->n, t->n, err);
+        diag__force_columns(l->p, l->x, l->r, l->phase, l->time, t->push + first * t->n, t->n, err);
     for (int s = 0; s < ns; s++) {
         for (int k = 0; k < t->n; k++) {
             t->push[s * t->n + k].amplitude = t->push[first * t->n + k].amplitude;
@@ -105,11 +105,11 @@ static stein_status push_table(table *t, const diag__plan *l, stein_err *err)
     // the strokes before and behind it
     if (status == STEIN_OK && first > 0) {
         status =
-            diag__push_columns(l->p, l->x, l->r, l->phase, l->time, t->push, first * t->n, err);
+            diag__force_columns(l->p, l->x, l->r, l->phase, l->time, t->push, first * t->n, err);
     }
     if (status == STEIN_OK && first + 1 < ns) {
-        status = diag__push_columns(l->p, l->x, l->r, l->phase, l->time,
-                                    t->push + (first + 1) * t->n, (ns - first - 1) * t->n, err);
+        status = diag__force_columns(l->p, l->x, l->r, l->phase, l->time,
+                                     t->push + (first + 1) * t->n, (ns - first - 1) * t->n, err);
     }
     for (int k = 0; k < t->n; k++) {
         double sum = 0.0;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * power.c - detectability: one of four results for every candidate that is no cause.
+ * detectability.c - detectability: one of four results for every candidate that is no cause.
  *
  * At the best row the records are linear in an amount a [limits] beside the causes (linear.c), with
  * information I and score s once everything else, the causes' amounts among it, is projected out:

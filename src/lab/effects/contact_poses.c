@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * touching.c - how two bodies stand to each other where they touch, in one run of the file.
+ * contact_poses.c - relative pose of two bodies at their contact, in one run of the file.
  */
 #include <math.h>
 #include <stdlib.h>

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * blame.c - why a motion ended: which contact is too stiff for a step, who gave no number.
+ * failure.c - why a motion ended: which contact is too stiff for a step, what gave no number.
  *
  * A contact at the depth x presses with f_n(x, xdot) and rubs with mu(v) f_n on what it meets
  * there: an effective mass 1/m = J M^-1 J^T along its normal, and another one along its tangent. So
@@ -9,7 +9,7 @@
  *
  * and an explicit Runge-Kutta method of order 4 or 5 follows while h times that is below 1.
  * (Friction turns round in passing: the published stroke goes well at a rate of 5.) This is asked
- * after a failure, or by who wants to know; never in a step.
+ * after a failure, or on request; never in a step.
  *
  * Three hinges that carry one body have a configuration in which two of their axes are parallel
  * (gimbal lock): M is singular there, and near it speeds are without bound. It is found by the
@@ -94,7 +94,7 @@ double stein_stiffest(stein_sim *sim, int *index)
 {
     int nq = sim->model->nq, fresh = sim->fresh;
     double *kept = sim->work + nq * nq;
-    copy(sim->e, sim->qdd, nq); // who asks changes no bit of the motion, nor of what is read
+    copy(sim->e, sim->qdd, nq); // asking changes no bit of the motion, nor of what is read
     copy(kept, sim->Q, nq);
     copy(kept + nq, sim->c, nq);
     double rate = stiffest_at(sim, sim->head->t, sim->q, sim->qd, index);
@@ -218,8 +218,8 @@ static const char *bad_hook(stein_sim *sim, double t)
     return NULL;
 }
 
-stein_status stein__blame(stein_sim *sim, double h, stein_status code, const char *what,
-                          stein_err *err)
+stein_status stein__explain_failure(stein_sim *sim, double h, stein_status code, const char *what,
+                                    stein_err *err)
 {
     const stein_model *model = sim->model;
     double t = sim->head->t;

@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: MIT
- * stuck.c - when friction that sticks lets go, reverses, and sticks again (stick.c says what it
- * holds).
+ * stick_events.c - when friction that sticks lets go, reverses, and sticks again (stick.c says what
+ * it holds).
  *
  *                 |f| > limit: against f
  *        STUCK ----------------------------> FORWARDS, BACKWARDS
  *              <----------------------------  speed 0, if |f| <= limit; else against f again
  *
  * Both are located like touch-down. A spot that begins to touch slips as it moves, or sticks if it
- * does not move along the surface. After every change the forces are worked out anew, and the place
- * that is farthest above its limit lets go, until none is.
+ * does not move along the surface. After every change the forces are worked out again, and the
+ * place that is worst_overload above its limit lets go, until none is.
  *
  * Places with the same row of G (stick.c), as both corners of a box have, move alike: they let go
  * together and stick together, whatever little is left of a speed.
@@ -28,7 +28,7 @@ enum { KEEP, LET_GO, TOGETHER, HELD_AGAIN }; /* what has been done with a place 
 
 /* What is left of a speed against the new direction, by rounding or beside a place that sticks, is
  * no reversal; nor is `more`. */
-static void let_one_go(stein_sim *sim, int k, double more)
+static void begin_slip(stein_sim *sim, int k, double more)
 {
     double f = sim->hold.force[k], v = sim->hold.speed[k];
     int back = f != 0.0 ? f > 0.0 : v < 0.0;
@@ -39,7 +39,7 @@ static void let_one_go(stein_sim *sim, int k, double more)
 }
 
 /* the row of a place that sticks, -1: it has none */
-static int row_of(const stein__sticks *s, int place)
+static int find_row(const stein__sticks *s, int place)
 {
     for (int r = 0; r < s->nrow; r++) {
         if (s->row[r] == place) {
@@ -52,7 +52,7 @@ static int row_of(const stein__sticks *s, int place)
 /* does a place that sticks hold the same as another one that does? */
 static int holds_the_same(const stein__sticks *s, int place)
 {
-    int row = row_of(s, place), found = 0;
+    int row = find_row(s, place), found = 0;
     for (int r = 0; row >= 0 && r < s->nrow; r++) {
         found |= r != row && stein__stick_alike(s, r, row) != 0;
     }
@@ -60,19 +60,19 @@ static int holds_the_same(const stein__sticks *s, int place)
 }
 
 /* a place that sticks, and those that hold the same */
-static void let_go(stein_sim *sim, int place)
+static void release(stein_sim *sim, int place)
 {
     const stein__sticks *s = &sim->hold;
-    int row = row_of(s, place);
-    let_one_go(sim, place, holds_the_same(s, place) ? together : 0.0);
+    int row = find_row(s, place);
+    begin_slip(sim, place, holds_the_same(s, place) ? together : 0.0);
     for (int r = 0; row >= 0 && r < s->nrow; r++) {
         if (r != row && stein__stick_alike(s, r, row) != 0) {
-            let_one_go(sim, s->row[r], together);
+            begin_slip(sim, s->row[r], together);
         }
     }
 }
 
-static void as_it_moves(stein_sim *sim, int k)
+static void set_by_speed(stein_sim *sim, int k)
 {
     double v = sim->hold.speed[k];
     sim->stick[k] = fabs(v) <= still ? STUCK : v > 0.0 ? FORWARDS : BACKWARDS;
@@ -80,7 +80,7 @@ static void as_it_moves(stein_sim *sim, int k)
 }
 
 /* places that slip beside one that sticks and holds the same */
-static void join(stein_sim *sim)
+static void stick_together(stein_sim *sim)
 {
     stein__sticks *s = &sim->hold;
     for (int k = 0; k < sim->model->nstick; k++) {
@@ -95,8 +95,8 @@ static void join(stein_sim *sim)
     }
 }
 
-/* the place that is farthest above its limit, -1: none is */
-static int farthest(const stein_sim *sim)
+/* the place that is worst_overload above its limit, -1: none is */
+static int worst_overload(const stein_sim *sim)
 {
     const stein__sticks *s = &sim->hold;
     double most = 1.0 + above;
@@ -113,7 +113,7 @@ static int farthest(const stein_sim *sim)
 }
 
 /* the place that has let go and moves the other way most, -1: none does; at most once each */
-static int backing(stein_sim *sim)
+static int worst_reversal(stein_sim *sim)
 {
     stein__sticks *s = &sim->hold;
     double most = 0.0;
@@ -138,12 +138,12 @@ static int improve(stein_sim *sim)
     if (stein__stick_look(sim) != STEIN_OK) {
         return 0;
     }
-    int above_limit = farthest(sim);
+    int above_limit = worst_overload(sim);
     if (above_limit >= 0) {
-        let_go(sim, above_limit);
+        release(sim, above_limit);
         return 1;
     }
-    int back = backing(sim);
+    int back = worst_reversal(sim);
     if (back >= 0) {
         sim->stick[back] = STUCK;
         sim->hold.done[back] = HELD_AGAIN;
@@ -151,7 +151,7 @@ static int improve(stein_sim *sim)
     return back >= 0;
 }
 
-static void tell(stein_sim *sim)
+static void emit_events(stein_sim *sim)
 {
     for (int k = 0; sim->on_event != NULL && k < sim->model->nstick; k++) {
         int now = sim->stick[k], rests = is_at_rest(now), rested = is_at_rest(sim->hold.was[k]);
@@ -165,7 +165,7 @@ static void tell(stein_sim *sim)
 
 /* Rows that are independent hold, the others share, until the next change, where they are now or,
  * those that have done so before, where they were. @return has one begun to hold? */
-static int share_out(stein_sim *sim)
+static int assign_shares(stein_sim *sim)
 {
     stein__sticks *s = &sim->hold;
     int begun = 0;
@@ -189,16 +189,16 @@ static int share_out(stein_sim *sim)
 }
 
 /* until no force is above its limit */
-static void come_to_terms(stein_sim *sim)
+static void resolve_limits(stein_sim *sim)
 {
     stein__sticks *s = &sim->hold;
     int most = 3 * sim->model->nstick + 1;
     s->deciding = 1;
-    join(sim);
+    stick_together(sim);
     while (most > 0 && improve(sim)) {
         most--;
     }
-    if (share_out(sim)) {
+    if (assign_shares(sim)) {
         stein__stick_stop(sim, sim->qd);
     }
     s->deciding = 0;
@@ -219,24 +219,24 @@ void stein__stick_begin(stein_sim *sim)
     }
     for (int k = 0; k < n; k++) {
         if (s->touch[k] >= 0) {
-            as_it_moves(sim, k);
+            set_by_speed(sim, k);
         }
     }
-    come_to_terms(sim);
+    resolve_limits(sim);
 }
 
 /* a spot that has begun to touch: where it stuck before is over */
-static int has_begun(const stein_sim *sim, int k)
+static int begins_to_touch(const stein_sim *sim, int k)
 {
     const stein_stick *stick = &sim->model->sticks[k];
     return stick->kind == STEIN_STICK_SPOT && sim->crossed[stick->index] && sim->mode[stick->index];
 }
 
 /* a place that shares no longer holds what others do */
-static int has_parted(const stein_sim *sim, int k)
+static int no_longer_shares(const stein_sim *sim, int k)
 {
     const stein__sticks *s = &sim->hold;
-    int row = sim->stick[k] == SHARES ? row_of(s, k) : -1;
+    int row = sim->stick[k] == SHARES ? find_row(s, k) : -1;
     return row >= 0 &&
            s->pivot[row] > 0.99 * STEIN__PARTED * STEIN__ALIKE * s->S[row * s->nrow + row];
 }
@@ -246,7 +246,7 @@ void stein__stick_switch(stein_sim *sim)
     stein__sticks *s = &sim->hold;
     int n = sim->model->nstick;
     for (int k = 0; k < n; k++) {
-        sim->stick[k] = has_begun(sim, k) ? FORWARDS : sim->stick[k];
+        sim->stick[k] = begins_to_touch(sim, k) ? FORWARDS : sim->stick[k];
         s->was[k] = sim->stick[k];
         s->done[k] = KEEP;
         s->slack[k] = sim->anchor[k];
@@ -258,18 +258,18 @@ void stein__stick_switch(stein_sim *sim)
         if (s->touch[k] < 0) {
             continue;
         }
-        if (has_begun(sim, k)) {
-            as_it_moves(sim, k);
+        if (begins_to_touch(sim, k)) {
+            set_by_speed(sim, k);
         } else if (sim->crossed[sim->nguard + k]) {
-            if (has_parted(sim, k)) {
-                as_it_moves(sim, k);
+            if (no_longer_shares(sim, k)) {
+                set_by_speed(sim, k);
             } else if (is_at_rest(sim->stick[k])) {
-                let_go(sim, k);
+                release(sim, k);
             } else if (s->done[k] == KEEP) {
                 sim->stick[k] = STUCK;
             }
         }
     }
-    come_to_terms(sim);
-    tell(sim);
+    resolve_limits(sim);
+    emit_events(sim);
 }

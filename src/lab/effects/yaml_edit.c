@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * surgery.c - entries and words of a YAML file changed in place.
+ * yaml_edit.c - entries and words of a YAML file changed in place.
  *
  * libyaml composes the tree and says where every node begins and ends; only there the text
  * changes. So comments, order, units and line breaks of the rest stay, as in patch.c:
@@ -9,7 +9,7 @@
  *        key: {joint: R y}                     # the lever
  *                                              key: {parent: key_axis, joint: R y}
  *
- * Writing the tree out anew would lose all that. Marks count characters, the text is bytes: one
+ * Writing the tree out again would lose all that. Marks count characters, the text is bytes: one
  * table translates.
  */
 #include <stdlib.h>
@@ -26,7 +26,7 @@ typedef struct edit {
     char *text;
 } edit;
 
-struct lab__surgery {
+struct lab__yaml_edit {
     const char *text;
     size_t size;
     size_t *byte; /* [characters + 1] */
@@ -40,7 +40,7 @@ struct lab__surgery {
 
 /* ---- places ---- */
 
-static int make_table(lab__surgery *s)
+static int make_table(lab__yaml_edit *s)
 {
     size_t at = s->size >= 3 && memcmp(s->text, "\xEF\xBB\xBF", 3) == 0 ? 3 : 0;
     s->byte = malloc(sizeof *s->byte * (s->size + 2));
@@ -56,15 +56,16 @@ static int make_table(lab__surgery *s)
     return 0;
 }
 
-static size_t byte_of(const lab__surgery *s, yaml_mark_t mark)
+static size_t byte_of(const lab__yaml_edit *s, yaml_mark_t mark)
 {
     return s->byte[mark.index < s->nchar ? mark.index : s->nchar];
 }
 
-stein_status lab__surgery_begin(lab__surgery **out, const char *text, size_t size, stein_err *err)
+stein_status lab__yaml_edit_begin(lab__yaml_edit **out, const char *text, size_t size,
+                                  stein_err *err)
 {
     yaml_parser_t parser;
-    lab__surgery *s = calloc(1, sizeof *s);
+    lab__yaml_edit *s = calloc(1, sizeof *s);
     if (s == NULL || !yaml_parser_initialize(&parser)) {
         free(s);
         return lab__no_memory(err);
@@ -76,14 +77,14 @@ stein_status lab__surgery_begin(lab__surgery **out, const char *text, size_t siz
     int memory = make_table(s) == 0 && parser.error != YAML_MEMORY_ERROR;
     yaml_parser_delete(&parser);
     if (!s->composed || !memory || yaml_document_get_root_node(&s->doc) == NULL) {
-        lab__surgery_end(s);
+        lab__yaml_edit_end(s);
         return memory ? lab__fail(err, STEIN_EPARSE, "the text is no YAML") : lab__no_memory(err);
     }
     *out = s;
     return STEIN_OK;
 }
 
-void lab__surgery_end(lab__surgery *s)
+void lab__yaml_edit_end(lab__yaml_edit *s)
 {
     if (s == NULL) {
         return;
@@ -100,7 +101,7 @@ void lab__surgery_end(lab__surgery *s)
 }
 
 /* the tree is only read; libyaml's functions want it writable */
-static yaml_node_t *node_of(const lab__surgery *s, int id)
+static yaml_node_t *node_of(const lab__yaml_edit *s, int id)
 {
     return yaml_document_get_node((yaml_document_t *)&s->doc, id);
 }
@@ -111,7 +112,7 @@ static int is_word(const yaml_node_t *node, const char *word, size_t n)
            memcmp(node->data.scalar.value, word, n) == 0;
 }
 
-static yaml_node_t *child(const lab__surgery *s, const yaml_node_t *node, const char *word,
+static yaml_node_t *child(const lab__yaml_edit *s, const yaml_node_t *node, const char *word,
                           size_t n)
 {
     if (node->type == YAML_SEQUENCE_NODE) {
@@ -131,7 +132,7 @@ static yaml_node_t *child(const lab__surgery *s, const yaml_node_t *node, const 
     return NULL;
 }
 
-static yaml_node_t *find(const lab__surgery *s, const char *path)
+static yaml_node_t *find(const lab__yaml_edit *s, const char *path)
 {
     yaml_node_t *node = node_of(s, 1);
     while (node != NULL && *path != '\0') {
@@ -145,7 +146,7 @@ static yaml_node_t *find(const lab__surgery *s, const char *path)
 /* ---- changes ---- */
 
 /* @param text  taken over. @return 0, -1 */
-static int change(lab__surgery *s, size_t from, size_t to, char *text)
+static int change(lab__yaml_edit *s, size_t from, size_t to, char *text)
 {
     if (text == NULL || s->n == EDITS) {
         free(text);
@@ -159,26 +160,26 @@ static int change(lab__surgery *s, size_t from, size_t to, char *text)
     return 0;
 }
 
-static int replace(lab__surgery *s, const yaml_node_t *node, const char *text)
+static int replace(lab__yaml_edit *s, const yaml_node_t *node, const char *text)
 {
     return change(s, byte_of(s, node->start_mark), byte_of(s, node->end_mark),
                   lab__text("%s", text));
 }
 
-const char *lab__surgery_get(const lab__surgery *s, const char *path)
+const char *lab__yaml_edit_get(const lab__yaml_edit *s, const char *path)
 {
     const yaml_node_t *node = find(s, path);
     return node != NULL && node->type == YAML_SCALAR_NODE ? (const char *)node->data.scalar.value
                                                           : NULL;
 }
 
-int lab__surgery_set(lab__surgery *s, const char *path, const char *text)
+int lab__yaml_edit_set(lab__yaml_edit *s, const char *path, const char *text)
 {
     const yaml_node_t *node = find(s, path);
     return node != NULL && node->type == YAML_SCALAR_NODE ? replace(s, node, text) : -1;
 }
 
-static int swap_in(lab__surgery *s, const yaml_node_t *node, const char *old, const char *text)
+static int swap_in(lab__yaml_edit *s, const yaml_node_t *node, const char *old, const char *text)
 {
     int n = 0, more;
     if (node->type == YAML_SCALAR_NODE) {
@@ -202,7 +203,7 @@ static int swap_in(lab__surgery *s, const yaml_node_t *node, const char *old, co
     return n;
 }
 
-int lab__surgery_swap(lab__surgery *s, const char *old, const char *text)
+int lab__yaml_edit_swap(lab__yaml_edit *s, const char *old, const char *text)
 {
     return swap_in(s, node_of(s, 1), old, text);
 }
@@ -231,7 +232,7 @@ static char *indented(const char *entry, size_t indent, const char *ending)
 }
 
 /* the line on which the comments begin that belong to the line of `at`, not above `least` */
-static size_t above_comments(const lab__surgery *s, size_t at, size_t least)
+static size_t above_comments(const lab__yaml_edit *s, size_t at, size_t least)
 {
     while (at > 0 && s->text[at - 1] != '\n') {
         at--;
@@ -251,7 +252,7 @@ static size_t above_comments(const lab__surgery *s, size_t at, size_t least)
 }
 
 /* before the first key of a mapping: in its line, or on one of its own above its comments */
-static int put_first(lab__surgery *s, const yaml_node_t *map, const char *entry)
+static int put_first(lab__yaml_edit *s, const yaml_node_t *map, const char *entry)
 {
     const yaml_node_t *key = node_of(s, map->data.mapping.pairs.start->key);
     size_t at = byte_of(s, key->start_mark);
@@ -281,8 +282,8 @@ static stein_status outcome(int failed, const char *where, stein_err *err)
                    : lab__fail(err, STEIN_EINVAL, "nothing can be added to \"%s\"", where);
 }
 
-stein_status lab__surgery_add_key(lab__surgery *s, const char *path, const char *entry,
-                                  stein_err *err)
+stein_status lab__yaml_edit_add_key(lab__yaml_edit *s, const char *path, const char *entry,
+                                    stein_err *err)
 {
     const yaml_node_t *map = find(s, path);
     int there = map != NULL && map->type == YAML_MAPPING_NODE &&
@@ -291,7 +292,7 @@ stein_status lab__surgery_add_key(lab__surgery *s, const char *path, const char 
 }
 
 /* a section that is new goes behind all others, entries with the same one together */
-static int put_section(lab__surgery *s, const char *section, const char *entry)
+static int put_section(lab__yaml_edit *s, const char *section, const char *entry)
 {
     char *text = indented(entry, 2, "\n");
     char *head = lab__text("\n%s:\n", section);
@@ -313,24 +314,24 @@ static int put_section(lab__surgery *s, const char *section, const char *entry)
     return 0;
 }
 
-stein_status lab__surgery_add(lab__surgery *s, const char *section, const char *entry,
-                              stein_err *err)
+stein_status lab__yaml_edit_add(lab__yaml_edit *s, const char *section, const char *entry,
+                                stein_err *err)
 {
     const yaml_node_t *root = node_of(s, 1);
     if (find(s, section) != NULL) {
-        return lab__surgery_add_key(s, section, entry, err);
+        return lab__yaml_edit_add_key(s, section, entry, err);
     }
     if (root->type == YAML_MAPPING_NODE && root->data.mapping.style != YAML_FLOW_MAPPING_STYLE) {
         return outcome(put_section(s, section, entry) != 0, section, err);
     }
     char *whole = lab__text("%s: {%s}", section, entry);
     stein_status status =
-        whole == NULL ? lab__no_memory(err) : lab__surgery_add_key(s, "", whole, err);
+        whole == NULL ? lab__no_memory(err) : lab__yaml_edit_add_key(s, "", whole, err);
     free(whole);
     return status;
 }
 
-stein_status lab__surgery_text(const lab__surgery *s, char **text, size_t *size, stein_err *err)
+stein_status lab__yaml_edit_text(const lab__yaml_edit *s, char **text, size_t *size, stein_err *err)
 {
     char *out = NULL;
     size_t at = 0, end = byte_of(s, node_of(s, 1)->end_mark);

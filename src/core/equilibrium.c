@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * settle.c - the initial state: static equilibrium, the load flush, contacts as geometry has them.
+ * equilibrium.c - the initial state: static equilibrium, the load flush, contacts as geometry has
+ * them.
  *
  * Equilibrium is a zero of F(q) = qdd(q, qd = 0), where friction vanishes. Newton alone fails from
  * afar because contacts that do not touch have no stiffness; so pseudo-transient continuation

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * each.c - single causes one by one, where nothing that a linear model promised leaves noise.
+ * single_causes.c - single causes one by one, where nothing that a linear model promised leaves
+ * noise.
  *
  * Far from the records a linear model ranks causes poorly: the effect of a large one is not that of
  * a small one, and a cause that is missing bends the numbers of the null hypothesis. Each cause

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * inside.c - what is inside of a trial step: its dense output, and the guards of any coordinates,
- * for a simulation alone or in lanes.
+ * dense_output.c - dense output of a trial step, and guards at given coordinates, for a simulation
+ * alone or in lanes.
  */
 #include "core.h"
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * push.c - what a small force on a joint does to the channels of a stroke.
+ * force_response.c - what a small force on a joint does to the channels of a stroke.
  *
  *      dr/df = (r(f) - r(0)) / f,      f so small that r changes by a third of the noise
  *
@@ -114,9 +114,9 @@ static void one_push(void *ctx, fit__bench *b, int index)
     }
 }
 
-stein_status diag__push_columns(const fit__problem *p, const double *x, const double *r,
-                                const char *const *phase, const double *time, diag__push *push,
-                                int n, stein_err *err)
+stein_status diag__force_columns(const fit__problem *p, const double *x, const double *r,
+                                 const char *const *phase, const double *time, diag__push *push,
+                                 int n, stein_err *err)
 {
     job j = {.p = p, .x = x, .r = r, .time = time, .phase = phase, .push = push};
     return fit__parallel(p, n, one_push, &j, err);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * latent.c - the force that the model lacks, on every joint, over time.
+ * missing_force.c - the force that the model lacks, on every joint, over time.
  *
  * The equations of the mechanism and its measured channels, weighted by their noise, are
  *
@@ -10,7 +10,8 @@
  * a latent force (Alvarez, Luengo & Lawrence 2009), and the equations are solved forwards:
  *
  *      F_j(t) = sum_k f_jk hat((t - t_k)/width)
- *      r(x + v, f) = r + J v + G f,     J = dr/dx,  G = dr/df      (push.c: whole strokes)
+ *      r(x + v, f) = r + J v + G f,     J = dr/dx,  G = dr/df      (force_response.c: whole
+ * strokes)
  *
  * with the noise e ~ N(0, 1), the parameters and each stroke's own unknowns v under their priors,
  * and f ~ N(0, tau_j^2 K) smooth over time. v is eliminated exactly,
@@ -168,13 +169,13 @@ static stein_status push_series(series *e, const diag__plan *l, stein_err *err)
         trial[j] = e->push[first_hat(e, l, 0, j) + e->knots[0] / 5];
     }
     stein_status status =
-        diag__push_columns(l->p, l->x, l->r, l->phase, l->time, trial, l->njoint, err);
+        diag__force_columns(l->p, l->x, l->r, l->phase, l->time, trial, l->njoint, err);
     for (int h = 0; h < e->n; h++) {
         e->push[h].amplitude = trial[e->group[h]].amplitude;
     }
     free(trial);
     return status == STEIN_OK
-               ? diag__push_columns(l->p, l->x, l->r, l->phase, l->time, e->push, e->n, err)
+               ? diag__force_columns(l->p, l->x, l->r, l->phase, l->time, e->push, e->n, err)
                : status;
 }
 
