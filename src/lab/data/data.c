@@ -43,6 +43,7 @@ void lab_data_close(lab_data *data)
     free(out->file);
     free(out->source);
     free(out->text);
+    free(out->passed_over);
     free(out);
 }
 
@@ -54,7 +55,7 @@ static int grow(data__reader *r)
     double *time = realloc(r->out->time, sizeof *time * room);
     r->out->time = time != NULL ? time : r->out->time;
     int ok = time != NULL;
-    for (int k = 1; ok && k < r->ntitle; k++) {
+    for (int k = 0; ok && k < r->ntitle; k++) {
         data__title *t = &r->title[k];
         if (!t->known) {
             continue;
@@ -144,7 +145,7 @@ static void ragged(data__reader *r, const char *text, size_t size, const data__c
 static void take_row(data__reader *r, const char *text, const data__cell *cell, double time)
 {
     int keep = r->problems.n == 0 && !r->problems.nomem && (r->rows < r->room || grow(r));
-    for (int k = 1; k < r->ntitle; k++) {
+    for (int k = 0; k < r->ntitle; k++) {
         data__title *t = &r->title[k];
         double v = NAN;
         int present = cell[k].n > 0;
@@ -201,6 +202,9 @@ static void row_line(data__reader *r, const char *text, size_t size)
     if (n == r->ntitle && is_empty(cell, n)) { // what a spreadsheet adds
         return;
     }
+    if (r->rows == 0 && data__unit_line(r, cell, n)) {
+        return;
+    }
     if (n != r->ntitle) {
         ragged(r, text, size, cell, n);
     } else if (read_time(r, text, cell[r->time_at], &time)) {
@@ -223,40 +227,62 @@ static int is_row(const data__reader *r, const char *text, size_t size)
     return n > 0 && data__number(cell[0], 0, r->c, &point, &value) == NULL;
 }
 
-/* is this "#" line a header? it begins with the time and has other columns */
-static int is_header(const data__reader *r, const lab_note *note)
+/* "#" line with the titles: numpy.savetxt writes so */
+static int is_note_header(const data__reader *r, const lab_note *note)
 {
+    size_t size = strlen(note->value);
     data__cell cell[DATA_COLUMNS + 1];
-    char name[DATA_SHOWN], unit[DATA_SHOWN];
-    const char *text = note->value;
-    size_t size = strlen(text);
-    int n = *note->name == '\0' ? data__cells(text, size, data__separator(text, size), cell) : 0;
-    return n > 1 && data__cut_title(r->model, cell[0], name, unit) >= 0 &&
-           data__is_time(r->model, name);
+    return *note->name == '\0' &&
+           data__cells(note->value, size, data__separator(note->value, size), cell) > 1 &&
+           data__is_header(r, note->value, size);
 }
 
-/* The header, or the first row below a header that is the last "#" line: numpy.savetxt writes so.
+static void keep_above(data__reader *r, const char *text, size_t size)
+{
+    free(r->above);
+    r->above = lab__text("%.*s", (int)size, text);
+    r->problems.nomem |= r->above == NULL;
+    r->above_line = r->lines.line;
+    r->nabove++;
+}
+
+/* A row, and no header yet: it is the last "#" line, or what stands above the row was meant as one.
  */
-static void header_line(data__reader *r, const char *text, size_t size)
+static void late_header(data__reader *r, const char *text, size_t size)
 {
     lab_note *last = r->out->data.nnote > 0 ? &r->out->note[r->out->data.nnote - 1] : NULL;
-    if (!is_row(r, text, size)) {
-        data__header_line(r, r->lines.line, text, size);
-        data__settle_noise(r);
-    } else if (last == NULL || !is_header(r, last)) {
+    if (r->above != NULL) {
+        data__header_line(r, r->above_line, r->above, strlen(r->above));
+    } else if (last != NULL && is_note_header(r, last)) {
+        data__header_line(r, last->line, last->value, strlen(last->value));
+        free((void *)last->name);
+        free((void *)last->value);
+        r->out->data.nnote--;
+    } else {
         data__problem(&r->problems, 0, r->lines.line, 1,
                       "numbers where the titles of the columns should be, expected "
                       "\"time [s],...\" above the first row");
         r->stop = 1;
-    } else {
-        data__header_line(r, last->line, last->value, strlen(last->value));
+        return;
+    }
+    data__settle_noise(r);
+    if (r->ntitle > 0 && !r->stop) {
+        row_line(r, text, size);
+    }
+}
+
+/* Lines above the titles that are neither titles nor numbers - the name of what was tracked, of an
+ * instrument, a date - are passed over. */
+static void header_line(data__reader *r, const char *text, size_t size)
+{
+    enum { MOST_ABOVE = 100 };
+    if (is_row(r, text, size) || r->nabove == MOST_ABOVE) {
+        late_header(r, text, size);
+    } else if (data__is_header(r, text, size)) {
+        data__header_line(r, r->lines.line, text, size);
         data__settle_noise(r);
-        if (r->ntitle > 0 && !r->stop) {
-            row_line(r, text, size);
-        }
-        free((void *)last->name);
-        free((void *)last->value);
-        r->out->data.nnote--;
+    } else {
+        keep_above(r, text, size);
     }
 }
 
@@ -326,7 +352,7 @@ static void check_columns(data__reader *r)
                       r->rows, r->rows == 1 ? "" : "s", least);
         return;
     }
-    for (int k = 1; k < r->ntitle; k++) {
+    for (int k = 0; k < r->ntitle; k++) {
         const data__title *t = &r->title[k];
         if (t->known && t->samples + t->refused + r->refused < least) {
             data__problem(&r->problems, 0, r->header_line, t->at,
@@ -353,6 +379,7 @@ void data__hand_over(data__file *out)
     out->data.file = out->file;
     out->data.source = out->source;
     out->data.text = out->text;
+    out->data.passed_over = out->passed_over;
 }
 
 /* cut the columns to their length and hand them to the public part */
@@ -362,7 +389,7 @@ static void hand_over(data__reader *r)
     data__hand_over(out);
     out->data.nrow = out->data.file_rows = r->rows;
     out->data.hash = r->lines.hash;
-    for (int k = 1; k < r->ntitle; k++) {
+    for (int k = 0; k < r->ntitle; k++) {
         const data__title *t = &r->title[k];
         if (t->known) {
             lab_column *c = &out->column[t->to];
@@ -388,7 +415,7 @@ static stein_status read_file(data__reader *r, const char *text, const lab_data_
     if (status == STEIN_OK && !r->stop && !r->problems.more) {
         check_columns(r);
     }
-    for (int k = 1; k < r->ntitle; k++) { // owned by the columns from here on
+    for (int k = 0; k < r->ntitle; k++) { // owned by the columns from here on
         if (r->title[k].known) {
             r->out->column[r->title[k].to].value = r->title[k].value;
             r->out->column[r->title[k].to].present = r->title[k].present;
@@ -454,6 +481,7 @@ static stein_status open_one(lab_data **data, const char *file, const char *text
         lab_data_close(&r.out->data);
     }
     free(r.title);
+    free(r.above);
     if (r.c != (locale_t)0) {
         freelocale(r.c);
     }
