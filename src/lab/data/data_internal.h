@@ -116,7 +116,7 @@ int data__has_last_word(const stein_model *m, const char *param);
 typedef struct data__file {
     lab_data data;
     char *file, *source, *text; /* text NULL: it was read from the file */
-    char *passed_over; /* titles of columns that the model does not know; NULL: none */
+    char *passed_over;          /* titles of columns that the model does not know; NULL: none */
     double *time;
     lab_column *column; /* [DATA_COLUMNS]; without the time */
     lab_setting *set;
