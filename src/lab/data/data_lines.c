@@ -220,16 +220,18 @@ static int is_blank(char c, char separator)
  */
 static int before_blanks(const char *text, int size, int at)
 {
-    int open = 0;
-    for (int i = at, next = at; i<size; i = next> i ? next : i + 1) {
-        open += (text[i] == '[' || text[i] == '(') - (text[i] == ']' || text[i] == ')');
-        for (next = i; next < size && is_blank(text[next], ' ');) {
+    int open = 0, i = at;
+    while (i < size) {
+        int next = i;
+        while (next < size && is_blank(text[next], ' ')) {
             next++;
         }
         if (next > i && next < size && i > at && open <= 0 && text[i - 1] != '/' &&
-            memchr("[(/", text[next], 3) == NULL) {
+            text[next] != '[' && text[next] != '(' && text[next] != '/') {
             return i;
         }
+        open += (text[i] == '[' || text[i] == '(') - (text[i] == ']' || text[i] == ')');
+        i = next > i ? next : i + 1;
     }
     return size;
 }
