@@ -90,6 +90,7 @@ static void read_bodies(tree *t)
         b->at = tree_vector(t, src->at);
         b->centre = tree_vector(t, src->centre);
         b->mass = tree_scalar(t, src->mass);
+        b->armature = tree_scalar(t, src->armature);
         for (int k = 0; k < 6; k++) {
             b->inertia.x[k] = tree_scalar(t, src->inertia[k]);
         }

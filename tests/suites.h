@@ -22,6 +22,7 @@
     X(stiff)         \
     X(batch)         \
     X(driven)        \
+    X(drive)         \
     X(contact)       \
     X(stroke)        \
     X(facts)         \

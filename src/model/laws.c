@@ -181,19 +181,25 @@ void mech__joint_law(mech__reader *rd, mech_body *b, const mech__node *entry)
     b->sticks = read_stick(rd, entry);
 }
 
-/** A stop for whose stiffness the file has no number: the body alone swings on it with 100 Hz. */
+/** A stop for whose stiffness the file has no number: the body alone, with its armature, swings on
+ * it with 100 Hz. */
 static const char *usual_stiffness(mech__reader *rd, const mech_body *b)
 {
+    int geared = mech__get(rd->body_node[b - rd->m->bodies], "armature") != NULL;
+    const char *rotor = geared ? mech__print(rd, " + %s.armature", b->name) : "";
     static const char *const across[3][2] = {{"y", "z"}, {"x", "z"}, {"x", "y"}};
     const char *n = b->name, *const *c = across[b->axis - 'x'];
     const char axis[3] = {b->axis, b->axis, '\0'};
 
     return b->type == 'T'
-               ? mech__print(rd, "394784.17604357434 Hz^2 * %s.mass", n)
+               ? mech__print(rd,
+                             geared ? "394784.17604357434 Hz^2 * (%s.mass%s)"
+                                    : "394784.17604357434 Hz^2 * %s.mass%s",
+                             n, rotor ? rotor : "")
                : mech__print(rd,
                              "394784.17604357434 Hz^2 * (%s.inertia.%s + %s.mass * (%s.centre.%s * "
-                             "%s.centre.%s + %s.centre.%s * %s.centre.%s))",
-                             n, axis, n, n, c[0], n, c[0], n, c[1], n, c[1]);
+                             "%s.centre.%s + %s.centre.%s * %s.centre.%s)%s)",
+                             n, axis, n, n, c[0], n, c[0], n, c[1], n, c[1], rotor ? rotor : "");
 }
 
 void mech__limits(mech__reader *rd, mech_body *b, const mech__node *node)

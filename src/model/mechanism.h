@@ -98,8 +98,9 @@ typedef struct mech_body {
     mech_scalar mass, centre[3];
     mech_scalar inertia[6];              /* xx yy zz xy xz yz about the centre of mass [kg m^2] */
     mech_scalar joint[STEIN_JOINT_SIZE]; /* what acts in the joint itself */
-    mech_scalar q0, qd0;                 /* initial state */
-    int limited;                         /* it has stops */
+    mech_scalar armature; /* of a rotor behind a gear, as the joint has it [kg m^2 or kg] */
+    mech_scalar q0, qd0;  /* initial state */
+    int limited;          /* it has stops */
     mech_scalar limit[STEIN_LIMIT_SIZE];
     int sticks; /* its friction does */
     int line, column;

@@ -34,6 +34,7 @@ static const struct ending {
     {"inertia.xy", "product of inertia xy about the centre of mass"},
     {"inertia.xz", "product of inertia xz about the centre of mass"},
     {"inertia.yz", "product of inertia yz about the centre of mass"},
+    {"armature", "inertia of a rotor behind the gear, as the joint has it"},
     {"pendulum.frequency", "frequency of its pendulum test"},
     {"spring.k", "stiffness of the spring"},
     {"spring.k3", "hardening of the spring"},

@@ -1,0 +1,226 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * test_drive.c - what drives a joint through a gear: the inertia of a rotor (armature).
+ */
+#include <string.h>
+
+#include "lab_support.h"
+#include "stein/sensitivity.h"
+
+Suite *drive_suite(void);
+
+/* a motion of 2 s of one file after the other, compared at 40 instants */
+static void same_motion(const char *text, const char *other, int joints, double atol)
+{
+    lab_model *model[2] = {open_text(text, NULL, 0), open_text(other, NULL, 0)};
+    stein_sim *sim[2] = {NULL, NULL};
+    double way = 0.0;
+    for (int k = 0; k < 2; k++) {
+        ck_assert_stein(lab_sim(model[k], NULL, &sim[k], err));
+    }
+    double start = stein_q(sim[0])[0];
+    for (int i = 1; i <= 40; i++) {
+        for (int k = 0; k < 2; k++) {
+            ck_assert_stein(stein_run(sim[k], 0.05 * i, err));
+        }
+        for (int j = 0; j < joints; j++) {
+            ck_assert_close(stein_q(sim[0])[j], stein_q(sim[1])[j], 0.0, atol);
+        }
+        way = fmax(way, fabs(stein_q(sim[0])[0] - start));
+    }
+    ck_assert(way > 0.1);
+    for (int k = 0; k < 2; k++) {
+        stein_sim_destroy(sim[k]);
+        lab_close(model[k]);
+    }
+}
+
+/* an arm on the frame, and a rotor of 2e-6 kg m^2 that a gear turns 30 times as fast */
+START_TEST(a_rotor_behind_a_gear_counts_with_the_square_of_the_ratio)
+{
+    same_motion("mechanism: armature\n"
+                "bodies:\n"
+                "  arm: {joint: R y, mass: 0.3 kg, centre: [80 mm, 0, 0], inertia: {yy: 1e-3},\n"
+                "        armature: 30 * 30 * 2e-6 kg m^2}\n"
+                "simulation: {dt: 1 ms, until: 2 s}\n",
+                "mechanism: geared\n"
+                "bodies:\n"
+                "  arm: {joint: R y, mass: 0.3 kg, centre: [80 mm, 0, 0], inertia: {yy: 1e-3}}\n"
+                "  rotor: {joint: R y, mass: 40 g, inertia: {yy: 2e-6 kg m^2}}\n"
+                "couplings: {gear: {joint: rotor, follows: arm, ratio: -30}}\n"
+                "simulation: {dt: 1 ms, until: 2 s}\n",
+                1, 1e-10);
+}
+END_TEST
+
+/* a carriage on a slope, whose screw turns by 400 rad/m */
+START_TEST(a_sliding_joint_has_an_armature_in_kilograms)
+{
+    same_motion("mechanism: armature\n"
+                "gravity: [-1 m/s^2, 0, -9 m/s^2]\n"
+                "bodies: {cart: {joint: T x, mass: 2 kg, armature: 1.6 kg}}\n"
+                "simulation: {dt: 1 ms, until: 2 s}\n",
+                "mechanism: screw\n"
+                "gravity: [-1 m/s^2, 0, -9 m/s^2]\n"
+                "bodies:\n"
+                "  cart: {joint: T x, mass: 2 kg}\n"
+                "  screw: {joint: R x, mass: 1 kg, inertia: {xx: 1e-5, yy: 1e-5, zz: 1e-5}}\n"
+                "couplings: {nut: {joint: screw, follows: cart, ratio: 400 rad/m}}\n"
+                "simulation: {dt: 1 ms, until: 2 s}\n",
+                1, 1e-10);
+}
+END_TEST
+
+static const char linkage[] =
+    "mechanism: linkage\n"
+    "bodies:\n"
+    "  crank: {joint: R y, mass: 0.2 kg, centre: [20 mm, 0, 0], inertia: {yy: %s}, %s\n"
+    "          initial: {position: 0.4 rad, speed: 9 rad/s}, points: {pin: [50 mm, 0, 0]}}\n"
+    "  rod: {parent: crank, at: crank.pin, joint: R y, mass: 0.1 kg, centre: [70 mm, 0, 0],\n"
+    "        inertia: {yy: 1e-4}, initial: {guess: -0.5 rad}, points: {end: [150 mm, 0, 0]}}\n"
+    "  rocker: {at: [130 mm, 0, -30 mm], joint: R y, mass: 0.1 kg, inertia: {yy: 2e-4},\n"
+    "           initial: {guess: -1.2 rad}, points: {end: [90 mm, 0, 0]}}\n"
+    "loops: {pin: {between: [rod.end, rocker.end]}}\n"
+    "simulation: {dt: 1 ms, until: 2 s}\n";
+
+/* of a joint on the frame it is the same as an inertia of its body */
+START_TEST(a_loop_feels_an_armature_of_its_crank_as_a_flywheel)
+{
+    char with[1200], without[1200];
+    snprintf(with, sizeof with, linkage, "1e-4 kg m^2", "armature: 5e-4 kg m^2,");
+    snprintf(without, sizeof without, linkage, "6e-4 kg m^2", "");
+    same_motion(with, without, 3, 1e-9);
+}
+END_TEST
+
+/* two links in space; the gears lose nothing */
+static const char chain[] =
+    "mechanism: chain\n"
+    "bodies:\n"
+    "  upper: {joint: R z, mass: 1 kg, centre: [0.1, 0, 0], inertia: {xx: 1e-3, yy: 3e-3, zz: "
+    "3e-3},\n"
+    "          armature: 0.02 kg m^2, initial: {speed: 2 rad/s}}\n"
+    "  lower: {parent: upper, at: [0.3, 0, 0], joint: R -y, mass: 0.6 kg, centre: [0.15, 0, 0],\n"
+    "          inertia: {xx: 1e-3, yy: 4e-3, zz: 4e-3}, armature: %s}\n"
+    "outputs: {kinetic: {energy: kinetic}, potential: {energy: potential}}\n"
+    "simulation: {dt: 1 ms, until: 3 s}\n";
+
+START_TEST(energy_has_the_share_of_the_rotors_and_is_kept)
+{
+    char text[800];
+    snprintf(text, sizeof text, chain, "0.01 kg m^2");
+    lab_model *model = open_text(text, NULL, 0);
+    stein_sim *sim = NULL;
+    ck_assert_stein(lab_sim(model, NULL, &sim, err));
+    // at the start: 1/2 2^2 (0.02 + 3e-3 + 0.01 + 4e-3 + 0.6 0.45^2)
+    double start = 2.0 * (0.02 + 3e-3 + 0.01 + 4e-3 + 0.6 * 0.45 * 0.45);
+    ck_assert_close(stein_read(sim, 1), start, 1e-13, 0.0);
+    start += stein_read(sim, 2);
+    for (int i = 1; i <= 30; i++) {
+        ck_assert_stein(stein_run(sim, 0.1 * i, err));
+        ck_assert_close(stein_read(sim, 1) + stein_read(sim, 2), start, 0.0, 1e-9);
+    }
+    stein_sim_destroy(sim);
+    lab_close(model);
+}
+END_TEST
+
+static stein_sim *chain_after(lab_model *model, double armature)
+{
+    stein_sim *sim = NULL;
+    ck_assert_stein(lab_sim(model, NULL, &sim, err));
+    ck_assert_stein(stein_set(sim, "lower.armature", armature, err));
+    ck_assert_stein(stein_reset(sim, err));
+    return sim;
+}
+
+START_TEST(a_motion_has_its_sensitivity_to_an_armature)
+{
+    static const double at = 0.01, h = 1e-5;
+    char text[800];
+    double high[2], low[2];
+    snprintf(text, sizeof text, chain, "0.01 kg m^2");
+    lab_model *model = open_text(text, NULL, 0);
+    const stein_model *m = lab_equations(model);
+    double dp[128] = {0.0};
+    ck_assert_int_lt(m->np, 128);
+    dp[stein_find_param(m, "lower.armature")] = 1.0;
+    for (int k = 0; k < 2; k++) {
+        stein_sim *sim = chain_after(model, k == 0 ? at + h : at - h);
+        ck_assert_stein(stein_run(sim, 0.7, err));
+        memcpy(k == 0 ? high : low, stein_q(sim), sizeof high);
+        stein_sim_destroy(sim);
+    }
+    stein_sim *sim = chain_after(model, at);
+    stein_sensitivity *s = NULL;
+    ck_assert_stein(stein_sensitivity_create(&s, m, NULL, 1, err));
+    ck_assert_stein(stein_sensitivity_attach(s, sim, err));
+    stein_sensitivity_set(s, 0, NULL, NULL, dp);
+    ck_assert_stein(stein_run(sim, 0.7, err));
+    ck_assert_stein(stein_sensitivity_check(s, err));
+    for (int j = 0; j < 2; j++) {
+        double slope = (high[j] - low[j]) / (2.0 * h);
+        ck_assert(fabs(slope) > 0.1);
+        ck_assert_close(stein_sensitivity_q(s, 0)[j], slope, 1e-5, 0.0);
+    }
+    stein_sensitivity_destroy(s);
+    stein_sim_destroy(sim);
+    lab_close(model);
+}
+END_TEST
+
+/* a file without one gets it by an override, with equations of its own */
+START_TEST(an_armature_may_be_set_from_outside)
+{
+    static const char *const set[] = {"upper.armature=0.05"};
+    static const char plain[] = "mechanism: plain\n"
+                                "bodies: {upper: {joint: R y, mass: 1 kg, centre: [0.1, 0, 0]}}\n"
+                                "simulation: {dt: 1 ms, until: 1 s}\n";
+    lab_model *model[2] = {open_text(plain, NULL, 0), open_text(plain, set, 1)};
+    ck_assert_int_eq(stein_find_param(lab_equations(model[0]), "upper.armature"), -1);
+    ck_assert_int_ge(stein_find_param(lab_equations(model[1]), "upper.armature"), 0);
+    for (int k = 0; k < 2; k++) {
+        stein_sim *sim = NULL;
+        ck_assert_stein(lab_sim(model[k], NULL, &sim, err));
+        ck_assert_close(stein_qdd(sim)[0], 9.81 * 0.1 / (0.01 + 0.05 * k), 1e-14, 0.0);
+        stein_sim_destroy(sim);
+        lab_close(model[k]);
+    }
+}
+END_TEST
+
+START_TEST(a_joint_may_have_an_armature_alone)
+{
+    lab_model *model = open_text("mechanism: alone\n"
+                                 "bodies:\n"
+                                 "  hub: {joint: R y, armature: 0.3 kg m^2, limits: [-1, 1]}\n"
+                                 "inputs: {drive: {torque: hub}}\n",
+                                 NULL, 0);
+    const stein_model *m = lab_equations(model);
+    stein_sim *sim = NULL;
+    double q[1] = {1.1}, qd[1] = {0.0};
+    ck_assert_stein(lab_sim(model, NULL, &sim, err));
+    ck_assert_stein(stein_set_state(sim, 0.0, q, qd, err));
+    // its stops swing with 100 Hz
+    ck_assert_close(stein_qdd(sim)[0], -0.1 * 394784.17604357434, 1e-13, 0.0);
+    ck_assert_int_eq(m->nq, 1);
+    stein_sim_destroy(sim);
+    lab_close(model);
+}
+END_TEST
+
+Suite *drive_suite(void)
+{
+    Suite *suite = suite_create("drive");
+    TCase *armature = tcase_create("armature");
+    tcase_add_checked_fixture(armature, make_folder, remove_folder);
+    tcase_add_test(armature, a_rotor_behind_a_gear_counts_with_the_square_of_the_ratio);
+    tcase_add_test(armature, a_sliding_joint_has_an_armature_in_kilograms);
+    tcase_add_test(armature, a_loop_feels_an_armature_of_its_crank_as_a_flywheel);
+    tcase_add_test(armature, energy_has_the_share_of_the_rotors_and_is_kept);
+    tcase_add_test(armature, a_motion_has_its_sensitivity_to_an_armature);
+    tcase_add_test(armature, an_armature_may_be_set_from_outside);
+    tcase_add_test(armature, a_joint_may_have_an_armature_alone);
+    tcase_set_timeout(armature, 60);
+    suite_add_tcase(suite, armature);
+    return suite;
+}
