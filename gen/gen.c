@@ -142,7 +142,7 @@ static stein_status check_signals(const mechanism *m, stein_err *err)
     for (int i = 0; i < m->ninput; i++) {
         const mech_input *k = &m->inputs[i];
         int limit = k->kind == STEIN_INPUT_POINT ? m->npoint : m->nbody;
-        if (k->kind < STEIN_INPUT_JOINT || k->kind > STEIN_INPUT_MOTION || k->index < 0 ||
+        if (k->kind < STEIN_INPUT_JOINT || k->kind > STEIN_INPUT_VOLTAGE || k->index < 0 ||
             k->index >= limit) {
             return fail(err, STEIN_EGENERATE, "%s: the input acts on nothing", k->name);
         }

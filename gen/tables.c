@@ -448,7 +448,7 @@ static const char *read_name(int kind)
 static void table_signals(text *x, const tree *t, const layout *l)
 {
     static const char *const kind[] = {"STEIN_INPUT_JOINT", "STEIN_INPUT_POINT",
-                                       "STEIN_INPUT_MOTION"};
+                                       "STEIN_INPUT_MOTION", "STEIN_INPUT_VOLTAGE"};
     const mechanism *m = t->m;
     if (m->ninput) {
         open_table(x, "input", "inputs");

@@ -45,7 +45,7 @@ extern "C" {
 #endif
 
 /** Layout version of stein_model; equations compiled against another one are refused. */
-#define STEIN_MODEL_ABI 11
+#define STEIN_MODEL_ABI 12
 
 #ifndef STEIN_LANES
 #define STEIN_LANES 1
@@ -329,15 +329,22 @@ typedef struct stein_load {
     int contact;
 } stein_load;
 
-typedef enum { STEIN_INPUT_JOINT, STEIN_INPUT_POINT, STEIN_INPUT_MOTION } stein_input_kind;
+typedef enum {
+    STEIN_INPUT_JOINT,
+    STEIN_INPUT_POINT,
+    STEIN_INPUT_MOTION,
+    STEIN_INPUT_VOLTAGE
+} stein_input_kind;
 
 /** An input signal. JOINT: generalised force. POINT: force along a fixed direction. MOTION: q(t).
+ *  VOLTAGE of a motor [V]: generalised force in proportion; the back-EMF is in the joint's damping.
  */
 typedef struct stein_input {
     const char *name, *unit;
     stein_input_kind kind;
-    int index;     /* JOINT, MOTION: coordinate; POINT: point index */
-    int direction; /* POINT: d index of the direction {x, y, z} in the fixed frame */
+    int index;     /* JOINT, MOTION, VOLTAGE: coordinate; POINT: point index */
+    int direction; /* POINT: d index of the direction {x, y, z} in the fixed frame; VOLTAGE: of the
+                      force per volt [N m/V or N/V] */
     int signal;    /* d index of a STEIN_SIGNAL block */
     int hold; /* MOTION: 1 = without a signal the joint is held at its initial value, 0 = free */
 } stein_input;

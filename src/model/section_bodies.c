@@ -398,7 +398,7 @@ static void read_body(mech__reader *rd, int index)
                    ? "parent joint at mass centre inertia initial points"
                    : "parent part_of joint at mass centre inertia pendulum spring damping "
                      "friction drag preload coulomb backlash asymmetry initial points mimic limits "
-                     "armature");
+                     "armature motor");
     if (!base) {
         return;
     }

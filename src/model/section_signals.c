@@ -119,17 +119,34 @@ static void read_motion(mech__reader *rd, mech_input *in, const mech__node *entr
     }
 }
 
+static void read_voltage(mech__reader *rd, mech_input *in, const mech__node *node)
+{
+    const mech_body *b = in->index >= 0 ? &rd->m->bodies[in->index] : NULL;
+
+    if (b && !b->has_motor) {
+        mech__problem_at(rd, node,
+                         "the joint %s has no motor, expected motor: {torque_constant: .., "
+                         "resistance: .., gear: ..} in that body, or torque instead of voltage",
+                         b->name);
+    } else if (b) {
+        mech__repeat(rd, &in->direction[0], &b->per_volt);
+    }
+}
+
 static void read_input(mech__reader *rd, mech_input *in, const mech__node *entry)
 {
-    static const char *const keys[] = {"torque", "force", "motion"}; /* stein_input_kind */
-    int kind = only_one(rd, entry, keys, 3, "an input needs exactly one of force, torque, motion");
+    static const char *const keys[] = {"torque", "force", "motion",
+                                       "voltage"}; /* stein_input_kind */
+    int kind = only_one(rd, entry, keys, 4,
+                        "an input needs exactly one of force, torque, motion, voltage");
 
     mech__name_copy(in->name, sizeof in->name, entry->key->text);
     mech__keys(rd, entry, "an input",
                kind == 0   ? "torque gain delay"
                : kind == 1 ? "force direction gain delay"
                : kind == 2 ? "motion idle gain delay"
-                           : "force direction torque motion idle gain delay");
+               : kind == 3 ? "voltage gain delay"
+                           : "force direction torque motion voltage idle gain delay");
     mech__input_law(rd, in, entry);
     in->index = -1;
     if (kind < 0) {
@@ -145,6 +162,9 @@ static void read_input(mech__reader *rd, mech_input *in, const mech__node *entry
         read_direction(rd, in, entry);
     } else if (kind == STEIN_INPUT_JOINT) {
         set_unit(in->unit, turns ? "N m" : "N");
+    } else if (kind == STEIN_INPUT_VOLTAGE) {
+        set_unit(in->unit, "V");
+        read_voltage(rd, in, mech__get(entry, keys[kind]));
     } else {
         set_unit(in->unit, turns ? "rad" : "m");
         read_motion(rd, in, entry);
@@ -268,7 +288,7 @@ static void read_time(mech__reader *rd, const mech__node *map, const char *key, 
 {
     const mech__node *node = mech__get(map, key);
     const char *text = node ? mech__text(rd, node, key) : NULL;
-    const mech_dim seconds = {0, 0, 1, 0};
+    const mech_dim seconds = {.s = 1};
     stein_err err = {STEIN_OK, ""};
     double t = 0.0;
 

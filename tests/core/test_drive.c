@@ -1,10 +1,13 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_drive.c - what drives a joint through a gear: the inertia of a rotor (armature).
+ * test_drive.c - what drives a joint through a gear: the inertia of a rotor (armature), and a motor
+ * at a voltage.
  */
 #include <string.h>
 
 #include "lab_support.h"
+#include "stein/balance.h"
 #include "stein/sensitivity.h"
+#include "twins.h"
 
 Suite *drive_suite(void);
 
@@ -208,6 +211,245 @@ START_TEST(a_joint_may_have_an_armature_alone)
 }
 END_TEST
 
+/* ---- motors ---- */
+
+/* a wheel on a motor of 0.05 N m/A and 2 ohm behind a gear of 30; %s: more of the wheel */
+static const char wheel[] =
+    "mechanism: wheel\n"
+    "gravity: [0, 0, 0]\n"
+    "bodies:\n"
+    "  wheel: {joint: R y, mass: 1 kg, inertia: {yy: 0.02}, armature: 0.07 kg m^2, damping: 0.3,\n"
+    "          motor: {torque_constant: 0.05 V s/rad, resistance: 2 ohm, gear: 30}%s}\n"
+    "inputs: {u: {voltage: wheel, gain: 2}}\n"
+    "outputs: {volt: {input: u, read: value}, speed: {joint: wheel, read: speed}}\n"
+    "simulation: {dt: 1 ms, until: 1 s}\n";
+
+static stein_sim *wheel_with(lab_model **model, const char *more)
+{
+    char text[800];
+    stein_sim *sim = NULL;
+    snprintf(text, sizeof text, wheel, more);
+    *model = open_text(text, NULL, 0);
+    ck_assert_stein(lab_sim(*model, NULL, &sim, err));
+    return sim;
+}
+
+static void finish(stein_sim *sim, lab_model *model)
+{
+    stein_sim_destroy(sim);
+    lab_close(model);
+}
+
+static void constant(void *ctx, double t, double u[3])
+{
+    (void)t;
+    u[0] = *(const double *)ctx;
+}
+
+/* qd = w (1 - exp(-t/T)) with w = (r k/R) u / (b + (r k)^2/R), T = J / (b + (r k)^2/R) */
+START_TEST(a_motor_at_a_voltage_reaches_its_speed_as_in_closed_form)
+{
+    static double half = 6.0; // the gain of the input is 2
+    const double rk = 30.0 * 0.05, viscous = 0.3 + rk * rk / 2.0;
+    lab_model *model = NULL;
+    stein_sim *sim = wheel_with(&model, "");
+    ck_assert_stein(stein_drive(sim, "u", constant, &half, err));
+    ck_assert_stein(stein_reset(sim, err));
+    for (int i = 1; i <= 10; i++) {
+        ck_assert_stein(stein_run(sim, 0.05 * i, err));
+        double w = rk / 2.0 * 12.0 / viscous * (1.0 - exp(-0.05 * i * viscous / 0.09));
+        ck_assert_close(stein_qd(sim)[0], w, 1e-9, 0.0);
+    }
+    ck_assert_double_eq(stein_read(sim, 1), 12.0);
+    ck_assert_str_eq(lab_equations(model)->channels[1].unit, "V");
+    ck_assert_str_eq(lab_equations(model)->inputs[0].unit, "V");
+    finish(sim, model);
+}
+END_TEST
+
+START_TEST(without_a_signal_the_terminals_are_closed_and_the_motor_brakes)
+{
+    lab_model *model = NULL;
+    stein_sim *sim = wheel_with(&model, ", initial: {speed: 3 rad/s}");
+    ck_assert_stein(stein_run(sim, 0.1, err));
+    ck_assert_close(stein_qd(sim)[0], 3.0 * exp(-0.1 * (0.3 + 1.125) / 0.09), 1e-9, 0.0);
+    finish(sim, model);
+}
+END_TEST
+
+/* the damping depends on the direction, the back-EMF does not */
+START_TEST(an_asymmetry_of_the_damping_leaves_the_motor_alone)
+{
+    for (int way = -1; way <= 1; way += 2) {
+        char more[80];
+        lab_model *model = NULL;
+        snprintf(more, sizeof more, ", asymmetry: 0.4, initial: {speed: %d rad/s}", 3 * way);
+        stein_sim *sim = wheel_with(&model, more);
+        double viscous = 0.3 * (1.0 + 0.4 * way) + 1.125;
+        ck_assert_close(stein_qdd(sim)[0], -3.0 * way * viscous / 0.09, 1e-13, 0.0);
+        ck_assert_stein(stein_set(sim, "wheel.damping", 0.0, err));
+        ck_assert_stein(stein_reset(sim, err));
+        ck_assert_close(stein_qdd(sim)[0], -3.0 * way * 1.125 / 0.09, 1e-13, 0.0);
+        finish(sim, model);
+    }
+}
+END_TEST
+
+/* torque per volt and back-EMF follow the numbers of the motor at run time */
+START_TEST(the_numbers_of_a_motor_are_parameters)
+{
+    static double volt = 1.0;
+    static const struct {
+        const char *name;
+        double value, k, R, r;
+    } change[] = {{"wheel.motor.torque_constant", 0.07, 0.07, 2.0, 30.0},
+                  {"wheel.motor.resistance", 0.5, 0.05, 0.5, 30.0},
+                  {"wheel.motor.gear", 11.0, 0.05, 2.0, 11.0}};
+    for (int i = 0; i < 3; i++) {
+        lab_model *model = NULL;
+        stein_sim *sim = wheel_with(&model, ", initial: {speed: 1 rad/s}");
+        double rk = change[i].r * change[i].k;
+        ck_assert_stein(stein_drive(sim, "u", constant, &volt, err));
+        ck_assert_stein(stein_set(sim, change[i].name, change[i].value, err));
+        ck_assert_stein(stein_reset(sim, err));
+        double torque = (2.0 * rk - rk * rk) / change[i].R - 0.3;
+        ck_assert_close(stein_qdd(sim)[0], torque / 0.09, 1e-13, 0.0);
+        finish(sim, model);
+    }
+}
+END_TEST
+
+/* of a spindle the gear is in rad/m, and the force k r i */
+START_TEST(a_motor_drives_a_slide_by_a_screw)
+{
+    static double volt = 24.0;
+    lab_model *model = open_text(
+        "mechanism: spindle\n"
+        "gravity: [0, 0, 0]\n"
+        "bodies:\n"
+        "  cart: {joint: T x, mass: 8 kg, armature: 1.2 kg,\n"
+        "         motor: {torque_constant: 0.1 N m/A, resistance: 3 ohm, gear: 400 rad/m}}\n"
+        "inputs: {u: {voltage: cart}}\n"
+        "simulation: {dt: 1 ms, until: 1 s}\n",
+        NULL, 0);
+    stein_sim *sim = NULL;
+    ck_assert_stein(lab_sim(model, NULL, &sim, err));
+    ck_assert_stein(stein_drive(sim, "u", constant, &volt, err));
+    ck_assert_stein(stein_reset(sim, err));
+    ck_assert_close(stein_qdd(sim)[0], 40.0 / 3.0 * 24.0 / 9.2, 1e-13, 0.0);
+    ck_assert_stein(stein_run(sim, 1.0, err)); // no load: u = k r qd
+    ck_assert_close(stein_qd(sim)[0], 0.6, 1e-9, 0.0);
+    finish(sim, model);
+}
+END_TEST
+
+static double phase[PLACES];
+
+static void sway(void *ctx, double t, double u[3])
+{
+    u[0] = 12.0 * sin(7.0 * t + *(const double *)ctx);
+}
+
+static void drive_arm(stein_sim *sim, int i)
+{
+    phase[i] = 0.4 * i;
+    ck_assert_stein(stein_drive(sim, "shoulder_voltage", sway, &phase[i], err));
+    if (i % 2) {
+        ck_assert_stein(stein_drive(sim, "elbow_voltage", sway, &phase[i], err));
+    }
+    set(sim, "upper.motor.resistance", 0.5 + 0.1 * i);
+    set(sim, "motor.rotor", 1e-6 * i);
+    ck_assert_stein(stein_reset(sim, err));
+}
+
+static lab_model *geared_arm(void)
+{
+    lab_options options = lab_options_default();
+    lab_model *model = NULL;
+    ck_assert_stein(lab_open(&model, "models/drive/geared_arm.yaml", &options, err));
+    return model;
+}
+
+START_TEST(motors_drive_lanes_as_they_drive_one_alone)
+{
+    lab_model *model = geared_arm();
+    const stein_model *m = lab_equations(model);
+    twins t;
+    make_twins(&t, m, STEIN_DP5, stein_batch_width(m), drive_arm);
+    run_twins(&t, 0.2, 1e-3);
+    drop_twins(&t);
+    lab_close(model);
+}
+END_TEST
+
+START_TEST(the_work_of_a_voltage_and_the_loss_of_its_back_emf_are_counted)
+{
+    lab_model *model = geared_arm();
+    stein_sim *sim = NULL;
+    stein_balance *b = NULL;
+    stein_energy_total total;
+    ck_assert_stein(lab_sim(model, NULL, &sim, err));
+    drive_arm(sim, 1);
+    ck_assert_stein(stein_balance_create(&b, lab_equations(model), NULL, err));
+    ck_assert_stein(stein_balance_attach(b, sim, err));
+    ck_assert_stein(stein_run(sim, 1.0, err));
+    stein_balance_total(b, &total);
+    ck_assert(stein_balance_work(b, STEIN_WORK_INPUT, 0) > 1.0);
+    ck_assert(total.dissipated > 1.0);
+    ck_assert(fabs(total.unexplained) < 1e-9 * total.scale);
+    ck_assert_close(total.inputs,
+                    stein_balance_work(b, STEIN_WORK_INPUT, 0) +
+                        stein_balance_work(b, STEIN_WORK_INPUT, 1),
+                    1e-12, 0.0);
+    stein_balance_destroy(b);
+    finish(sim, model);
+}
+END_TEST
+
+START_TEST(motors_that_are_none_are_refused_by_place)
+{
+    static const char head[] =
+        "mechanism: wrong\nbodies:\n  arm: {mass: 1 kg, inertia: {xx: 1, yy: "
+        "1, zz: 1}, ";
+    static const struct {
+        const char *rest, *words;
+    } wrong[] = {
+        {"joint: R y}\ninputs: {u: {voltage: arm}}", "wrong.yaml:4:23: the joint arm has no motor, "
+                                                     "expected motor: {torque_constant: .., "},
+        {"joint: R y, motor: {resistance: 1 ohm}}", "motor lacks \"torque_constant\""},
+        {"joint: R y, motor: {torque_constant: 1 N m/A}}", "motor lacks \"resistance\""},
+        {"joint: T x, motor: {torque_constant: 1 N m/A, resistance: 1 ohm}}",
+         "the motor of a sliding joint lacks \"gear\""},
+        {"joint: R y, motor: {torque_constant: 1 N m/A, resistance: 0 ohm}}",
+         "arm.motor.resistance = \"0 ohm\": must be greater than zero"},
+        {"joint: R y, motor: {torque_constant: 1 N m, resistance: 1 ohm}}",
+         "the unit is N m, expected N m/A"},
+        {"joint: R y, motor: {torque_constant: 1 N m/A, resistance: 1 ohm, gear: 9 rad/m}}",
+         "expected a pure number"},
+        {"joint: R y, motor: {torque_constant: 1 N m/A, resistance: 1 ohm, gears: 3}}",
+         "did you mean \"gear\""},
+        {"joint: ball, motor: {torque_constant: 1 N m/A, resistance: 1 ohm}}",
+         "unknown key \"motor\""},
+        {"joint: ball, armature: 1}", "unknown key \"armature\""},
+        {"joint: ball}\ninputs: {u: {voltage: arm}}", "arm turns in all directions"},
+        {"joint: R y, armature: 1 kg}", "the unit is kg, expected kg m^2"},
+        {"joint: R y, armature: -1 kg m^2}", "must not be negative"},
+        {"joint: R y}\ninputs: {u: {voltage: arm, torque: arm}}",
+         "exactly one of force, torque, motion, voltage"},
+    };
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
+        mechanism *m = NULL;
+        stein_err why = {STEIN_OK, ""};
+        char text[600];
+        snprintf(text, sizeof text, "%s%s\n", head, wrong[i].rest);
+        ck_assert_int_eq(
+            mech_read_text(&m, "wrong.yaml", text, strlen(text), NULL, 0, NULL, NULL, &why),
+            STEIN_EPARSE);
+        ck_assert_msg(strstr(why.msg, wrong[i].words) != NULL, "%s", why.msg);
+    }
+}
+END_TEST
+
 Suite *drive_suite(void)
 {
     Suite *suite = suite_create("drive");
@@ -222,5 +464,17 @@ Suite *drive_suite(void)
     tcase_add_test(armature, a_joint_may_have_an_armature_alone);
     tcase_set_timeout(armature, 60);
     suite_add_tcase(suite, armature);
+    TCase *motor = tcase_create("motor");
+    tcase_add_checked_fixture(motor, make_folder, remove_folder);
+    tcase_add_test(motor, a_motor_at_a_voltage_reaches_its_speed_as_in_closed_form);
+    tcase_add_test(motor, without_a_signal_the_terminals_are_closed_and_the_motor_brakes);
+    tcase_add_test(motor, an_asymmetry_of_the_damping_leaves_the_motor_alone);
+    tcase_add_test(motor, the_numbers_of_a_motor_are_parameters);
+    tcase_add_test(motor, a_motor_drives_a_slide_by_a_screw);
+    tcase_add_test(motor, motors_drive_lanes_as_they_drive_one_alone);
+    tcase_add_test(motor, the_work_of_a_voltage_and_the_loss_of_its_back_emf_are_counted);
+    tcase_add_test(motor, motors_that_are_none_are_refused_by_place);
+    tcase_set_timeout(motor, 60);
+    suite_add_tcase(suite, motor);
     return suite;
 }

@@ -35,6 +35,9 @@ static const struct ending {
     {"inertia.xz", "product of inertia xz about the centre of mass"},
     {"inertia.yz", "product of inertia yz about the centre of mass"},
     {"armature", "inertia of a rotor behind the gear, as the joint has it"},
+    {"motor.torque_constant", "torque of the motor per ampere, back-EMF per rad/s"},
+    {"motor.resistance", "resistance of the motor"},
+    {"motor.gear", "how many times as fast the motor turns"},
     {"pendulum.frequency", "frequency of its pendulum test"},
     {"spring.k", "stiffness of the spring"},
     {"spring.k3", "hardening of the spring"},
@@ -168,7 +171,8 @@ char *fmu__words_input(const fmu_list *list, int input, const char *what)
     if (about != NULL) {
         return lab__text("%s", about);
     }
-    return in->kind == STEIN_INPUT_POINT
-               ? lab__text("force on point %s", m->points[in->index].name)
+    return in->kind == STEIN_INPUT_POINT ? lab__text("force on point %s", m->points[in->index].name)
+           : in->kind == STEIN_INPUT_VOLTAGE
+               ? lab__text("voltage at the motor of joint %s", m->bodies[in->index].name)
                : lab__text("force or torque in joint %s", m->bodies[in->index].name);
 }

@@ -212,7 +212,7 @@ static void put_notches(writer *w)
 
 static void put_inputs(writer *w)
 {
-    static const char *const kind[] = {"joint", "point", "motion"};
+    static const char *const kind[] = {"joint", "point", "motion", "voltage"};
     lab__json *j = &w->j;
     lab__json_open(j, "inputs", '[');
     for (int i = 0; i < w->m->ninput; i++) {
