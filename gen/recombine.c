@@ -261,7 +261,7 @@ static void find_solids(tree *t)
             }
         }
         for (int c = 0; c < m->nchannel; c++) {
-            used |= m->channels[c].read >= STEIN_READ_ROLL && m->channels[c].index == i;
+            used |= stein_reads_attitude(m->channels[c].read) && m->channels[c].index == i;
         }
         for (int b = used ? i : -1; b >= 0; b = m->bodies[b].parent) {
             t->solid[b] = 1;

@@ -441,6 +441,7 @@ static const char *read_name(int kind)
         [STEIN_READ_WX] = "STEIN_READ_WX",
         [STEIN_READ_WY] = "STEIN_READ_WY",
         [STEIN_READ_WZ] = "STEIN_READ_WZ",
+        [STEIN_READ_ANGLE] = "STEIN_READ_ANGLE",
     };
     return name[kind];
 }
@@ -472,7 +473,7 @@ static void table_signals(text *x, const tree *t, const layout *l)
         text_add(x, ", ");
         text_literal(x, k->unit);
         text_add(x, ", %s, %d, %d, %d, %d},\n", read_name(k->read),
-                 k->read >= STEIN_READ_ROLL ? solid_index(t, k->index) : k->index, k->sign,
+                 stein_reads_attitude(k->read) ? solid_index(t, k->index) : k->index, k->sign,
                  k->from_rest, l->sensor[i]);
     }
     close_table(x);

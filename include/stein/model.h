@@ -365,9 +365,25 @@ typedef enum {
     STEIN_READ_ROLL, STEIN_READ_PITCH, STEIN_READ_YAW,
     STEIN_READ_XX, STEIN_READ_XY, STEIN_READ_XZ, STEIN_READ_YX, STEIN_READ_YY, STEIN_READ_YZ,
     STEIN_READ_ZX, STEIN_READ_ZY, STEIN_READ_ZZ,
-    STEIN_READ_WX, STEIN_READ_WY, STEIN_READ_WZ
+    STEIN_READ_WX, STEIN_READ_WY, STEIN_READ_WZ,
+    /* body index: plane angle against the fixed frame, of a body whose joints all turn about one axis,
+       as the sum of their angles [rad]: from +x towards +z, +x towards +y, +y towards +z */
+    STEIN_READ_ANGLE
 } stein_read_kind;
 /* clang-format on */
+
+/** Is it a reading of the attitude of a body? */
+static inline int stein_reads_attitude(int read)
+{
+    return read >= STEIN_READ_ROLL && read <= STEIN_READ_WZ;
+}
+
+/** Is it a reading of where something is: a joint, a body in its plane, a point, a gap? */
+static inline int stein_reads_place(int read)
+{
+    return read == STEIN_READ_POSITION || (read >= STEIN_READ_X && read <= STEIN_READ_Z) ||
+           read == STEIN_READ_GAP || read == STEIN_READ_ANGLE;
+}
 
 /** An output channel: sign * (reading - reading in the initial state if from_rest). */
 typedef struct stein_channel {

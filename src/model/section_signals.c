@@ -19,7 +19,7 @@ static const readable readables[] = {
     {"contact", "reading of a contact", "gap force friction", STEIN_READ_GAP},
     {"notch", "reading of a notch", "force phase overlap", STEIN_READ_NOTCH_FORCE},
     {"input", "reading of an input", "value force", STEIN_READ_INPUT},
-    {"body", "reading of a body", "roll pitch yaw xx xy xz yx yy yz zx zy zz wx wy wz",
+    {"body", "reading of a body", "roll pitch yaw xx xy xz yx yy yz zx zy zz wx wy wz angle",
      STEIN_READ_ROLL},
 };
 enum { JOINT, POINT, CONTACT, NOTCH, INPUT, BODY, NREADABLE };
@@ -201,7 +201,8 @@ static const char *channel_unit(const mechanism *m, const mech_channel *c)
     case STEIN_READ_POTENTIAL: return "J";
     case STEIN_READ_ROLL:
     case STEIN_READ_PITCH:
-    case STEIN_READ_YAW: return "rad";
+    case STEIN_READ_YAW:
+    case STEIN_READ_ANGLE: return "rad";
     default: return c->read >= STEIN_READ_WX ? "rad/s" : c->read >= STEIN_READ_XX ? "1" : "m";
     }
 }
@@ -213,6 +214,29 @@ static int read_energy(mech__reader *rd, mech_channel *c, const mech__node *entr
     mech__keys(rd, entry, "an output of energy", "energy sign zero sensor");
     c->read = STEIN_READ_KINETIC + choice;
     return choice < 0 ? -1 : 0;
+}
+
+/** A body has a plane angle when all joints that turn it do so about one axis. */
+static int check_plane(mech__reader *rd, const mech__node *node, int body)
+{
+    const mech_body *all = rd->m->bodies, *first = NULL;
+
+    for (int i = body; i >= 0; i = all[i].parent) {
+        if (all[i].type == 'R' && first && all[i].axis != first->axis) {
+            mech__problem_at(rd, node,
+                             "%s turns in space, about %c and %c, and has no angle in a plane, "
+                             "expected roll, pitch, yaw or an element of its attitude (xx .. zz)",
+                             all[body].name, all[i].axis, first->axis);
+            return -1;
+        }
+        first = all[i].type == 'R' && !first ? &all[i] : first;
+    }
+    if (!first) {
+        mech__problem_at(rd, node,
+                         "%s does not turn, expected a body with a joint R on its way to the frame",
+                         all[body].name);
+    }
+    return first ? 0 : -1;
 }
 
 /** What a channel reads, and of which thing. @return 0 when both are known */
@@ -244,6 +268,9 @@ static int read_source(mech__reader *rd, mech_channel *c, const mech__node *entr
     if (c->read == STEIN_READ_INPUT_FORCE && rd->m->inputs[c->index].kind != STEIN_INPUT_MOTION) {
         mech__problem_at(rd, read, "only a motion input has a force of its own, expected value");
         return -1;
+    }
+    if (c->read == STEIN_READ_ANGLE) {
+        return check_plane(rd, mech__get(entry, r->key), c->index);
     }
     return kind == INPUT && rd->m->inputs[c->index].index < 0 ? -1 : 0;
 }
@@ -325,11 +352,10 @@ static void read_tolerance(mech__reader *rd, const mech__node *map)
     if (c == NULL) {
         mech__problem_at(rd, entry->key, "no output \"%s\", expected one of this file",
                          mech__shown(rd, entry->key->text));
-    } else if (c->read != STEIN_READ_POSITION && c->read != STEIN_READ_GAP &&
-               c->read != STEIN_READ_X && c->read != STEIN_READ_Y && c->read != STEIN_READ_Z) {
+    } else if (!stein_reads_place(c->read)) {
         mech__problem_at(rd, entry->key,
-                         "a tolerance in \"%s\", expected an output that reads a position, x, y, z "
-                         "or gap",
+                         "a tolerance in \"%s\", expected an output that reads a position, angle, "
+                         "x, y, z or gap",
                          c->name);
     } else if (text == NULL || mech_parse_unit(c->unit, &dim, NULL) != 0) {
         return; // told already

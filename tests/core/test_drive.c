@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * test_drive.c - what drives a joint through a gear: the inertia of a rotor (armature), and a motor
- * at a voltage.
+ * at a voltage; and the angle of a body against the frame.
  */
 #include <string.h>
 
@@ -450,6 +450,98 @@ START_TEST(motors_that_are_none_are_refused_by_place)
 }
 END_TEST
 
+/* ---- angles of bodies ---- */
+
+/* %c: the axis of the hinges; beside it those of the plane, from the first towards the second */
+static const char fan[] = "mechanism: fan\n"
+                          "bodies:\n"
+                          "  cart: {joint: T %c, mass: 1 kg}\n"
+                          "  hub: {parent: cart, joint: R -%c, mass: 1 kg, %s}\n"
+                          "  slide: {parent: hub, joint: T %c, mass: 1 kg, %s}\n"
+                          "  blade: {parent: slide, joint: R %c, mass: 1 kg, %s,\n"
+                          "          points: {root: [0, 0, 0], tip: [%s]}}\n"
+                          "  edge: {parent: blade, joint: fixed, at: [0.1, 0, 0], mass: 0.1 kg}\n"
+                          "outputs:\n"
+                          "  hub: {body: hub, read: angle}\n"
+                          "  blade: {body: blade, read: angle}\n"
+                          "  slide: {body: slide, read: angle}\n"
+                          "  edge: {body: edge, read: angle}\n"
+                          "  back: {body: blade, read: angle, sign: -1, zero: rest}\n"
+                          "simulation: {dt: 1 ms, until: 1 s, tolerance: {blade: 1 mrad}}\n";
+
+static lab_model *fan_about(int axis)
+{
+    static const char across[3][3] = {"yz", "xy", "xz"}; // x: y to z; z: x to y; y: x to z
+    static const char names[] = "xzy";
+    static const char *const tip[] = {"0, 0.2, 0", "0.2, 0, 0", "0.2, 0, 0"};
+    static const char whole[] = "inertia: {xx: 0.01, yy: 0.01, zz: 0.01}";
+    char text[1600];
+    snprintf(text, sizeof text, fan, across[axis][0], names[axis], whole, across[axis][1], whole,
+             names[axis], whole, tip[axis]);
+    return open_text(text, NULL, 0);
+}
+
+/* as drawn, whatever plane that is: the direction from a body's origin to its tip */
+START_TEST(the_angle_of_a_body_is_that_of_its_drawing_and_goes_on_without_end)
+{
+    static const int first[] = {1, 0, 0}, second[] = {2, 1, 2};
+    lab_model *model = fan_about(_i);
+    const stein_model *m = lab_equations(model);
+    stein_sim *sim = NULL;
+    double qd[4] = {0.0}, x[6], v[6], J[6 * 4], jdqd[6];
+    ck_assert_stein(lab_sim(model, NULL, &sim, err));
+    double was[2] = {stein_read(sim, stein_find_channel(m, "hub")),
+                     stein_read(sim, stein_find_channel(m, "blade"))};
+    ck_assert(was[0] == 0.0 && was[1] == 0.0);
+    for (int i = 1; i < 200; i++) { // the hub turns forwards, the blade on it slower backwards
+        const double q[4] = {0.1, 0.2 * i, 0.3, 0.09 * i};
+        ck_assert_stein(stein_set_state(sim, 0.0, q, qd, err));
+        double hub = stein_read(sim, stein_find_channel(m, "hub"));
+        double blade = stein_read(sim, stein_find_channel(m, "blade"));
+        int drawn = _i == 2 ? 1 : -1; // -y turns from +x towards +z, -x and -z the other way
+        ck_assert_close(hub, drawn * 0.2 * i, 1e-14, 0.0);
+        ck_assert_close(blade, drawn * 0.11 * i, 1e-12, 0.0);
+        ck_assert_double_eq(stein_read(sim, stein_find_channel(m, "slide")), hub);
+        ck_assert_double_eq(stein_read(sim, stein_find_channel(m, "edge")), blade);
+        ck_assert_close(stein_read(sim, stein_find_channel(m, "back")), -blade, 1e-14, 0.0);
+        stein_points(sim, q, qd, x, v, J, jdqd);
+        double seen = atan2(x[3 + second[_i]] - x[second[_i]], x[3 + first[_i]] - x[first[_i]]);
+        ck_assert_double_eq_tol(remainder(blade - seen, 6.283185307179586), 0.0, 1e-12);
+    }
+    finish(sim, model);
+}
+END_TEST
+
+START_TEST(a_body_that_has_no_angle_in_a_plane_is_refused)
+{
+    static const struct {
+        const char *bodies, *words;
+    } wrong[] = {
+        {"  a: {joint: R y, mass: 1 kg, inertia: {xx: 1, yy: 1, zz: 1}}\n"
+         "  b: {parent: a, joint: R z, mass: 1 kg, inertia: {xx: 1, yy: 1, zz: 1}}\n",
+         "wrong.yaml:5:25: b turns in space, about y and z, and has no angle in a plane, expected "
+         "roll, pitch"},
+        {"  a: {joint: ball, mass: 1 kg, inertia: {xx: 1, yy: 1, zz: 1}}\n"
+         "  b: {parent: a, joint: R z, mass: 1 kg, inertia: {xx: 1, yy: 1, zz: 1}}\n",
+         "b turns in space"},
+        {"  a: {joint: T x, mass: 1 kg}\n  b: {parent: a, joint: T z, mass: 1 kg}\n",
+         "b does not turn, expected a body with a joint R on its way to the frame"},
+    };
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
+        mechanism *m = NULL;
+        stein_err why = {STEIN_OK, ""};
+        char text[600];
+        snprintf(text, sizeof text,
+                 "mechanism: wrong\nbodies:\n%soutputs: {angle: {body: b, read: angle}}\n",
+                 wrong[i].bodies);
+        ck_assert_int_eq(
+            mech_read_text(&m, "wrong.yaml", text, strlen(text), NULL, 0, NULL, NULL, &why),
+            STEIN_EPARSE);
+        ck_assert_msg(strstr(why.msg, wrong[i].words) != NULL, "%s", why.msg);
+    }
+}
+END_TEST
+
 Suite *drive_suite(void)
 {
     Suite *suite = suite_create("drive");
@@ -476,5 +568,12 @@ Suite *drive_suite(void)
     tcase_add_test(motor, motors_that_are_none_are_refused_by_place);
     tcase_set_timeout(motor, 60);
     suite_add_tcase(suite, motor);
+    TCase *angle = tcase_create("angle");
+    tcase_add_checked_fixture(angle, make_folder, remove_folder);
+    tcase_add_loop_test(angle, the_angle_of_a_body_is_that_of_its_drawing_and_goes_on_without_end,
+                        0, 3);
+    tcase_add_test(angle, a_body_that_has_no_angle_in_a_plane_is_refused);
+    tcase_set_timeout(angle, 60);
+    suite_add_tcase(suite, angle);
     return suite;
 }

@@ -146,7 +146,23 @@ char *fmu__words_channel(const fmu_list *list, int channel)
                                         "input ",
                                         "force that goes with input ",
                                         "kinetic energy",
-                                        "potential energy"};
+                                        "potential energy",
+                                        "roll of body ",
+                                        "pitch of body ",
+                                        "yaw of body ",
+                                        "attitude xx of body ",
+                                        "attitude xy of body ",
+                                        "attitude xz of body ",
+                                        "attitude yx of body ",
+                                        "attitude yy of body ",
+                                        "attitude yz of body ",
+                                        "attitude zx of body ",
+                                        "attitude zy of body ",
+                                        "attitude zz of body ",
+                                        "turning speed about x of body ",
+                                        "turning speed about y of body ",
+                                        "turning speed about z of body ",
+                                        "angle against the frame of body "};
     const stein_channel *c = &list->model->channels[channel];
     const char *about = fmu__about(list->m, "outputs", c->name);
     if (about != NULL) {

@@ -236,7 +236,11 @@ static void put_channels(writer *w)
                                        "x",       "y",           "z",           "vx",
                                        "vy",      "vz",          "gap",         "force",
                                        "tangent", "notch_force", "notch_phase", "notch_overlap",
-                                       "input",   "input_force", "kinetic",     "potential"};
+                                       "input",   "input_force", "kinetic",     "potential",
+                                       "roll",    "pitch",       "yaw",         "xx",
+                                       "xy",      "xz",          "yx",          "yy",
+                                       "yz",      "zx",          "zy",          "zz",
+                                       "wx",      "wy",          "wz",          "angle"};
     lab__json *j = &w->j;
     lab__json_open(j, "channels", '[');
     for (int i = 0; i < w->equations->nchannel; i++) {
