@@ -119,7 +119,8 @@ const char *check__output_kind(int read)
                                        "zz",
                                        "wx",
                                        "wy",
-                                       "wz"};
+                                       "wz",
+                                       "angle"};
     return text[read];
 }
 
