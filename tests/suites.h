@@ -23,6 +23,7 @@
     X(batch)         \
     X(driven)        \
     X(drive)         \
+    X(armature)      \
     X(contact)       \
     X(stroke)        \
     X(facts)         \
