@@ -131,7 +131,7 @@ static int is_off(const stein_sim *sim, const stein_channel *channel)
 /* a camera sees no forces: the poses are enough for it, an eighth of an evaluation */
 static int shows_place(const stein_channel *channel)
 {
-    int read = channel->read;
+    int read = (int)channel->read;
     return stein_reads_place(read) || stein_reads_attitude(read) || read == STEIN_READ_SPEED ||
            (read >= STEIN_READ_VX && read <= STEIN_READ_VZ);
 }

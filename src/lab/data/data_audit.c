@@ -203,7 +203,7 @@ static int is_place(const lab_data *d, const lab_column *c)
     if (c->role == LAB_INPUT) {
         return d->model->inputs[c->index].kind == STEIN_INPUT_MOTION;
     }
-    return stein_reads_place(d->model->channels[c->index].read);
+    return stein_reads_place((int)d->model->channels[c->index].read);
 }
 
 /* the earliest of the channels, when all of them begin at rest */

@@ -230,7 +230,7 @@ double fit__slope(const fit__unknown *u, double x);
 /** Does a channel show where something is, or how fast it moves? */
 static inline int fit__shows_place(const stein_channel *c)
 {
-    return stein_reads_place(c->read);
+    return stein_reads_place((int)c->read);
 }
 
 static inline int fit__shows_speed(const stein_channel *c)

@@ -180,7 +180,8 @@ stein_status fit__observe(fit__bench *b, const fit__stroke *s, int i, int next, 
     int slot[MAX_CHANNELS], n = 0;
     fit__observer_rest(o);
     for (int c = 0; c < s->nch && n < MAX_CHANNELS; c++) {
-        if (stein_reads_place(m->channels[s->channel[c]].read) && isfinite(s->y[c * s->n + i])) {
+        if (stein_reads_place((int)m->channels[s->channel[c]].read) &&
+            isfinite(s->y[c * s->n + i])) {
             slot[n++] = c;
         }
     }

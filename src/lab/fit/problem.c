@@ -429,7 +429,7 @@ static void own_unknowns(fit__problem *p, int stroke)
         sd /= turns ? marker_arm : 1.0;
         if (moves && channel->from_rest) {
             own(p, s, stroke, FIT__OFFSET, c, s->noise[c], 0);
-        } else if ((rate || stein_reads_place(channel->read)) && sd > 0.01 * s->noise[c]) {
+        } else if ((rate || stein_reads_place((int)channel->read)) && sd > 0.01 * s->noise[c]) {
             own(p, s, stroke, FIT__OFFSET, c, sd, 1);
         }
     }
@@ -510,7 +510,7 @@ static stein_status take_column(fit__problem *p, fit__stroke *s, const lab_audit
     s->samples += (int)lround(share_out(s->y + k * s->n, s->n, locked_step(&audit->channel[column]),
                                         s->share + k * s->n));
     const stein_channel *channel = &m->channels[c->index];
-    if (stein_reads_place(channel->read) && strcmp(channel->unit, "rad") == 0) {
+    if (stein_reads_place((int)channel->read) && strcmp(channel->unit, "rad") == 0) {
         fit__unwrap(s->y + k * s->n, s->n);
     }
     return STEIN_OK;

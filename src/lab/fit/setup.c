@@ -206,7 +206,7 @@ static const stein_channel *channel_of(const trial *a, int c)
 
 static int is_signed(const stein_channel *c)
 {
-    return stein_reads_place(c->read) || c->read == STEIN_READ_SPEED ||
+    return stein_reads_place((int)c->read) || c->read == STEIN_READ_SPEED ||
            (c->read >= STEIN_READ_VX && c->read <= STEIN_READ_VZ);
 }
 
@@ -254,7 +254,7 @@ static int ways_of(const trial *a, int c, way *w)
         return 0;
     }
     w[n++] = (way){.doubt = FIT__SENSE, .c = c, .other = -1, .factor = -1.0};
-    for (int k = -1; k <= 2 && stein_reads_place(ch->read) && turns; k++) {
+    for (int k = -1; k <= 2 && stein_reads_place((int)ch->read) && turns; k++) {
         w[n] = (way){.doubt = FIT__ZERO, .c = c, .other = -1, .factor = 1.0, .add = k * pi / 2.0};
         n += k != 0;
     }

@@ -206,7 +206,7 @@ static int stands(const stein_model *m, int contact)
 
 static int could_see(const stein_model *m, const stein_channel *c)
 {
-    if (stein_reads_place(c->read)) {
+    if (stein_reads_place((int)c->read)) {
         return 1;
     }
     return c->read == STEIN_READ_FORCE && stands(m, c->index) ? 2 : 0;

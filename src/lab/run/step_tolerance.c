@@ -111,7 +111,7 @@ stein_status lab__steps_of(lab__steps *steps, const lab_model *model, const char
         return status;
     }
     const stein_channel *c = &m->channels[steps->channel];
-    if (!stein_reads_place(c->read) || !(steps->stated > 0.0) || !isfinite(steps->stated)) {
+    if (!stein_reads_place((int)c->read) || !(steps->stated > 0.0) || !isfinite(steps->stated)) {
         return lab__fail(
             err, STEIN_EINVAL,
             "a tolerance of %g %s in \"%s\": expected a positive one in an output that "

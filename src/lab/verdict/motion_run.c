@@ -79,7 +79,7 @@ static int determines(const lab_model *model, int channel, int joint)
     stein_sim *sim = NULL;
     double *q = calloc(2 * nq + 1, sizeof *q);
     stein_sim_def def = lab_def(model);
-    int does = q != NULL && stein_reads_place(m->channels[channel].read) &&
+    int does = q != NULL && stein_reads_place((int)m->channels[channel].read) &&
                lab_sim(model, &def, &sim, NULL) == STEIN_OK;
     if (does) {
         memcpy(q, stein_q(sim), sizeof *q * nq);
