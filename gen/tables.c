@@ -476,7 +476,7 @@ static void table_signals(text *x, const tree *t, const layout *l)
         text_add(x, ", ");
         text_literal(x, k->unit);
         text_add(x, ", %s, %d, %d, %d, %d},\n", read_name(k->read),
-                 stein_reads_attitude(k->read)   ? solid_index(t, k->index)
+                 stein_reads_attitude(k->read)    ? solid_index(t, k->index)
                  : k->read == STEIN_READ_REACTION ? reactions++
                                                   : k->index,
                  k->sign, k->from_rest, l->sensor[i]);

@@ -251,8 +251,8 @@ static void put_channels(writer *w)
         lab__json_text(j, "unit", c->unit);
         lab__json_text(j, "read",
                        stein_reads_attitude((int)c->read) ? "attitude"
-                       : c->read == STEIN_READ_REACTION    ? "reaction"
-                                                           : read[c->read]);
+                       : c->read == STEIN_READ_REACTION   ? "reaction"
+                                                          : read[c->read]);
         lab__json_int(j, "index", c->index);
         lab__json_int(j, "sign", c->sign);
         lab__json_bool(j, "rest", c->from_rest);
