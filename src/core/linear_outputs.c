@@ -70,6 +70,20 @@ static int joint_rows(stein_linear *l, int joint, stein_read_kind read, rows to)
     return l->model->nrow == 0;
 }
 
+/* the angle of a body: the sum of those that turn it, with their signs (channel.c) */
+static int angle_row(stein_linear *l, int body, rows to)
+{
+    int n = l->system.n;
+    for (int i = body; i >= 0; i = l->model->bodies[i].parent) {
+        const stein_body *b = &l->model->bodies[i];
+        int sense = b->type != 'R' ? 0 : b->axis == 'y' ? -b->sign : b->sign;
+        for (int k = 0; k < n; k++) {
+            to.c[k] += sense * l->T[i * n + k];
+        }
+    }
+    return 1;
+}
+
 static int point_rows(stein_linear *l, int point, stein_read_kind read, rows to)
 {
     int nq = l->model->nq, speed = read >= STEIN_READ_VX;
@@ -126,6 +140,7 @@ static int channel_rows(stein_linear *l, int i, rows to)
     case STEIN_READ_VX:
     case STEIN_READ_VY:
     case STEIN_READ_VZ: return point_rows(l, channel->index, channel->read, to);
+    case STEIN_READ_ANGLE: return angle_row(l, channel->index, to);
     case STEIN_READ_INPUT: return value_rows(l, channel->index, to);
     case STEIN_READ_INPUT_FORCE:
         return l->model->inputs[channel->index].kind == STEIN_INPUT_MOTION
