@@ -129,7 +129,7 @@ static void take_priors(fit__beginning *w)
 static int is_linear(const fit__beginning *w)
 {
     for (int c = 0; c < w->s->nch; c++) {
-        int read = fit__channel_of(w, c)->read;
+        int read = (int)fit__channel_of(w, c)->read;
         if (fit__measures_place(w, c) && read != STEIN_READ_POSITION && read != STEIN_READ_ANGLE) {
             return 0;
         }
