@@ -45,7 +45,7 @@ int fmu__is_tunable(const mechanism *m, const stein_model *model, int param)
 static int reach_of(stein_read_kind read)
 {
     enum { NOTHING = -1, PLACE, SPEED, FORCE };
-    if (stein_reads_place(read)) {
+    if (stein_reads_place((int)read)) {
         return PLACE;
     }
     switch (read) {
