@@ -6,6 +6,7 @@
  *      # set key_dip.sensor.gain: 1.002       an instrument that was checked is known as well
  *      # set key_wire.k: 0                    played without a wire at the key, if it has one
  *      # noise string_distance: 0.01 mm       standard deviation of one sample
+ *      # smooth crank: 12 Hz                  a measured motion counts as motion up to there
  *      # trigger: unsynchronised              the origin of the time is unknown
  *      # camera: any other name: value        kept
  *      time [ms],string_distance [mm]         channels or inputs of the model, with their units
@@ -50,6 +51,7 @@ typedef struct lab_column {
     const unsigned char *present; /* [nrow] 0 where missing */
     int samples;                  /* present ones */
     double noise;                 /* `# noise` [unit], NAN when not given */
+    double smooth;                /* `# smooth` of a prescribed motion [Hz], 0 when not given */
     int line, column;             /* place of its title in the file, from 1 */
     int unit_assumed;             /* 1: the title states no unit, the values were read as SI */
     int wraps;                    /* turns by 2 pi that were taken out of an angle */

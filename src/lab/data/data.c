@@ -242,7 +242,7 @@ static void header_line(data__reader *r, const char *text, size_t size)
     lab_note *last = r->out->data.nnote > 0 ? &r->out->note[r->out->data.nnote - 1] : NULL;
     if (!is_row(r, text, size)) {
         data__header_line(r, r->lines.line, text, size);
-        data__settle_noise(r);
+        data__settle_columns(r);
     } else if (last == NULL || !is_header(r, last)) {
         data__problem(&r->problems, 0, r->lines.line, 1,
                       "numbers where the titles of the columns should be, expected "
@@ -250,7 +250,7 @@ static void header_line(data__reader *r, const char *text, size_t size)
         r->stop = 1;
     } else {
         data__header_line(r, last->line, last->value, strlen(last->value));
-        data__settle_noise(r);
+        data__settle_columns(r);
         if (r->ntitle > 0 && !r->stop) {
             row_line(r, text, size);
         }
@@ -442,11 +442,11 @@ static stein_status open_one(lab_data **data, const char *file, const char *text
         r.problems.file = r.out->file;
         status = read_file(&r, text, options, err);
     }
-    for (int i = 0; i < r.nnoise; i++) {
-        free(r.noise[i].name);
-        free(r.noise[i].value);
+    for (int i = 0; i < r.nabout; i++) {
+        free(r.about[i].name);
+        free(r.about[i].value);
     }
-    free(r.noise);
+    free(r.about);
     if (status == STEIN_OK && r.out != NULL) {
         hand_over(&r);
         *data = &r.out->data;

@@ -167,6 +167,10 @@ static void judge_channel(lab_audit *a, int k, int *nomem)
         data__finding(a, nomem, "%s: the angle wraps %d time%s: unwrapped", c->name, c->wraps,
                       c->wraps == 1 ? "" : "s");
     }
+    if (c->smooth > 0.0) {
+        data__finding(a, nomem, "%s: smoothed to half at %s, as the file states", c->name,
+                      data__quantity(x, c->smooth, "Hz"));
+    }
     if (ch->low == ch->high) {
         data__finding(a, nomem, "%s: %s throughout", c->name, data__quantity(x, ch->low, c->unit));
     }

@@ -2,7 +2,7 @@
  * data_internal.h - what the files that read and audit data share with each other.
  *
  *   bytes --data_lines.c--> lines, cells, numbers --data_titles.c, data_header.c,
- *                                                     data.c, data_unwrap.c--> lab_data
+ *                                      data_columns.c, data.c, data_unwrap.c--> lab_data
  *                                                        |
  *                   lab_audit <--data_audit.c, data_noise.c, data_rest.c--+
  *                       +--data_findings.c--> sentences, text
@@ -120,11 +120,18 @@ typedef struct data__file {
 /** The public part points to what was grown. */
 void data__hand_over(data__file *out);
 
-/** A `# noise` until the header is known. */
-typedef struct data__noise {
+/** ", did you mean ...?" with the output or input of a model whose name is next, or nothing.
+ *  @param to  [room] out, returned */
+char *data__near_channel(char *to, size_t room, const stein_model *m, const char *name);
+/** Lines about a column: "# WORD NAME: VALUE". */
+enum { DATA_NOISE, DATA_SMOOTH, DATA_ABOUTS };
+extern const char *const data__about_word[DATA_ABOUTS];
+/** One of them until the header is known. */
+typedef struct data__about {
+    int word;
     char *name, *value;
     int line, name_column, value_column;
-} data__noise;
+} data__about;
 
 /** What is known of a column of the file. */
 typedef struct data__title {
@@ -153,8 +160,8 @@ typedef struct data__reader {
     char separator, point; /* of cells; of decimals, 0: not seen yet */
     int time_at;           /* column of the time: 0, or 1 behind an index without a name */
     int trigger_line, notes;
-    data__noise *noise;
-    int nnoise;
+    data__about *about; /* [nabout] */
+    int nabout;
     int room, rows; /* of the columns; rows with problems are counted, not kept */
     int refused;    /* rows without a good time, or ragged */
     double last;    /* time of the row before */
@@ -166,8 +173,11 @@ typedef struct data__reader {
 void data__note_line(data__reader *r, const char *text, size_t size);
 /** @param line  of the file */
 void data__header_line(data__reader *r, int line, const char *text, size_t size);
-/** Give every `# noise` to its column. */
-void data__settle_noise(data__reader *r);
+
+/* ---- data_columns.c ---- */
+
+/** Give every line about a column to it. */
+void data__settle_columns(data__reader *r);
 
 /* ---- audit: data_findings.c, data_noise.c, data_rest.c ---- */
 

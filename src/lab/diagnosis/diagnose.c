@@ -131,6 +131,19 @@ static stein_status check_step(diagnosis *d, stein_err *err)
     return add_finding(d->out, line, 1, err);
 }
 
+/* does a record state another band of an input? */
+static int states_another(const lab_dataset *data, int input, double hz)
+{
+    int yes = 0;
+    for (int s = 0; s < data->n; s++) {
+        for (int i = 0; i < data->stroke[s]->ncolumn; i++) {
+            const lab_column *c = &data->stroke[s]->column[i];
+            yes |= c->role == LAB_INPUT && c->index == input && c->smooth > 0.0 && c->smooth != hz;
+        }
+    }
+    return yes;
+}
+
 /* up to which frequency measured motions are taken as motion, where that is not as their noise has
  * it */
 static stein_status tell_bands(diagnosis *d, stein_err *err)
@@ -142,11 +155,13 @@ static stein_status tell_bands(diagnosis *d, stein_err *err)
         if (m->inputs[i].kind != STEIN_INPUT_MOTION || !isfinite(hz)) {
             continue;
         }
-        char *line = lab__text(d->def->smooth > 0.0
-                                   ? "%s: smoothed to half at %.3g Hz"
-                                   : "%s: smoothed to half at %.3g Hz; what is faster does not "
-                                     "show in the measured forces",
-                               m->inputs[i].name, hz);
+        int another = states_another(&d->fitted, i, hz);
+        char *line =
+            lab__text("%s: smoothed to half at %.3g Hz%s", m->inputs[i].name, hz,
+                      d->def->smooth > 0.0 ? another ? ", in place of what files state" : ""
+                      : another            ? " where files state nothing; what is faster does not "
+                                             "show in the measured forces"
+                                : "; what is faster does not show in the measured forces");
         if (line != NULL && d->def->report != NULL) {
             d->def->report(d->def->ctx, line);
         }

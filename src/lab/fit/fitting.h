@@ -311,9 +311,13 @@ stein_status fit__finish(fit__bench *b, stein_status status);
 
 /* ---- band.c ---- */
 
+/** The band of a prescribed motion in a record: that of def->smooth where that is for all, else the
+ *  one that the record states, else that of def->smooth [Hz]; NAN: as its noise allows. */
+double fit__band_of(const fit__problem *p, const lab_data *data, int input);
+
 /** The frequency up to which each measured motion is taken as motion, where the force that it
- * needed was measured, too. The signals of p become those.
- *  @param hz  [ninput] out; NAN: as the noise of the motion allows
+ * needed was measured, too. The signals of p become those, but where a record states its band.
+ *  @param hz  [ninput] out; NAN: as the noise of the motion allows, or stated by all records
  *  @return OK, ENOMEM, the failure of making a simulation */
 stein_status fit__choose_bands(fit__problem *p, double *hz, stein_err *err);
 /** Raises the noise of channel k of a stroke to the RMS of what it does above the band of its

@@ -493,7 +493,7 @@ static stein_status take_column(fit__problem *p, fit__stroke *s, const lab_audit
     if (c->role == LAB_INPUT) {
         int motion = m->inputs[c->index].kind == STEIN_INPUT_MOTION;
         double noise = audit->channel[column].noise;
-        double hz = p->def->smooth != NULL ? p->def->smooth[c->index] : (double)NAN;
+        double hz = fit__band_of(p, s->data, c->index);
         return fit__signal_make(&s->signal[s->nsignal++], c->index, motion, s->data, c,
                                 isfinite(noise) ? noise : 0.0, hz, err);
     }

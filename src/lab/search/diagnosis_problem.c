@@ -190,6 +190,7 @@ static stein_status state_bands(diag__problem *q, stein_err *err)
     for (int i = 0; i < n && q->def->smooth > 0.0; i++) {
         q->smooth[i] = q->def->smooth;
         q->fit_def.smooth = q->smooth;
+        q->fit_def.smooth_all = 1;
     }
     return STEIN_OK;
 }

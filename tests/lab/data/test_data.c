@@ -341,7 +341,8 @@ END_TEST
 
 START_TEST(settings_that_contradict_are_refused_with_their_place)
 {
-#define BODY HEAD "0,1\n1,2\n2,4\n3,1\n"
+#define MOTION "time [s],key_motion [rad]\n0,0\n1,1\n2,2\n3,3\n"
+#define BODY   HEAD "0,1\n1,2\n2,4\n3,1\n"
     static const bad_data bad[] = {
         {"# set pawl.stop_shfit: 1 mm\n" BODY, ":1:7: ", "did you mean \"pawl.stop_shift\"?"},
         {"# set load.mass: 3 mm\n" BODY, ":1:18: ", "the unit is m, expected kg"},
@@ -361,6 +362,15 @@ START_TEST(settings_that_contradict_are_refused_with_their_place)
         {"# noise key_dip: -1 um\n" BODY, ":1:18: ", "greater than zero"},
         {"# noise key_dip: 0 um\n" BODY, ":1:18: ", "greater than zero"},
         {"# noise key_dip: 1 um\n# noise key_dip: 2 um\n" BODY, ":2:9: ", "given twice"},
+        {"# smooth key_dip: 12 Hz\n" BODY, ":1:10: ", "is an output, expected a prescribed motion"},
+        {"# smooth finger: 12 Hz\ntime [s],finger [N]\n0,0\n1,1\n2,2\n3,3\n",
+         ":1:10: ", "is a force or another input, expected a prescribed motion"},
+        {"# smooth key_motoin: 12 Hz\n" BODY, ":1:10: ", "did you mean \"key_motion\"?"},
+        {"# smooth key_motion: 12 Hz\n" BODY, ":1:10: ", "no such column in this file"},
+        {"# smooth key_motion: 12 s\n" MOTION, ":1:22: ", "the unit is s, expected 1/s"},
+        {"# smooth key_motion: 0 Hz\n" MOTION, ":1:22: ", "a frequency is greater than zero"},
+        {"# smooth key_motion: 1 Hz\n# smooth key_motion: 2 Hz\n" MOTION, ":2:10: ", "given twice"},
+        {"# smooth key_motion\n" MOTION, ":1:10: ", "expected \"# smooth NAME: VALUE\""},
     };
     REFUSE(bad);
     lab_data *d = open_data(write_file("same.csv", "# set load.mass: 100 g\n# set load.mass: "
