@@ -109,6 +109,7 @@ typedef struct lab_fit_stroke {
     const char *file;
     unsigned long long hash;
     int rows;
+    int lacking; /* measured times of events for which the fitted model has no event */
     double chi2; /* weighted squares of this stroke */
     int nvalue;
     lab_fit_value *value; /* names "trigger", "offset string_distance", "initial rod" ... */

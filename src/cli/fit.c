@@ -131,6 +131,12 @@ static void print_residuals(const lab_fit *fit)
                r->noise_given ? "" : " (noise estimated)", 100.0 * r->relative);
         printf(r->downweighted > 0 ? ", %d down-weighted\n" : "\n", r->downweighted);
     }
+    for (int s = 0; s < fit->nstroke; s++) {
+        if (fit->stroke[s].lacking > 0) {
+            printf("  %s: %d of the measured events do not happen with these numbers\n",
+                   fit->stroke[s].file, fit->stroke[s].lacking);
+        }
+    }
 }
 
 static void print_weakest(const lab_fit *fit)

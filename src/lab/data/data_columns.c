@@ -1,15 +1,16 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * data_columns.c - "#" lines about a column: its noise, the band of a measured motion.
+ * data_columns.c - "#" lines about a column: its noise, the band of a measured motion, events.
  *
  *      # noise NAME: 0.1 mm      standard deviation of one sample
  *      # smooth NAME: 12 Hz      a prescribed motion is taken as motion up to this frequency
+ *      # events NAME: begin      it holds times of events (data_events.c)
  */
 #include <math.h>
 #include <string.h>
 
 #include "data_internal.h"
 
-const char *const data__about_word[DATA_ABOUTS] = {"noise", "smooth"};
+const char *const data__about_word[DATA_ABOUTS] = {"noise", "smooth", "events"};
 
 static lab_column *column_named(data__reader *r, const char *name)
 {
@@ -79,7 +80,7 @@ static void settle(data__reader *r, const data__about *a, const lab_column *c, m
 
 void data__settle_columns(data__reader *r)
 {
-    for (int i = 0; i < r->nabout && !r->options->inputs_only; i++) {
+    for (int i = 0; i < r->nabout && !r->options->inputs_only && !r->stop; i++) {
         const data__about *a = &r->about[i];
         lab_column *c = column_named(r, a->name);
         mech_dim dim = {.s = -1};
@@ -91,7 +92,7 @@ void data__settle_columns(data__reader *r)
         } else if (a->word == DATA_NOISE) {
             mech_parse_unit(c->unit, &dim, NULL);
             settle(r, a, c, dim, &c->noise);
-        } else if (is_motion(r, a, c)) {
+        } else if (a->word == DATA_SMOOTH && is_motion(r, a, c)) {
             settle(r, a, c, dim, &c->smooth);
         }
     }

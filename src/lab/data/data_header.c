@@ -315,7 +315,7 @@ static int fit_unit(data__reader *r, data__title *t, const char *wanted)
     return wrong == 0;
 }
 
-static int is_repeated(data__reader *r, const data__title *t)
+int data__is_repeated(data__reader *r, const data__title *t)
 {
     for (const data__title *other = r->title; other < t; other++) {
         if (strcmp(other->name, t->name) == 0 && *t->name != '\0') {
@@ -407,8 +407,13 @@ static void add_title(data__reader *r, int k)
         add_time(r, t);
     } else if (used && *t->name == '\0') {
         data__problem(&r->problems, 0, r->header_line, t->at, "column %d has no name", k + 1);
-    } else if (used && !is_repeated(r, t)) {
-        add_channel(r, t);
+    } else if (used && !data__is_repeated(r, t)) {
+        const data__about *events = data__events_of(r, t->name);
+        if (events != NULL) {
+            data__add_events(r, t, events);
+        } else {
+            add_channel(r, t);
+        }
     }
 }
 
@@ -422,6 +427,9 @@ static void add_titles(data__reader *r, const char *text, const data__cell *cell
         t->factor = 1.0;
     }
     r->time_at = n > 2 && *r->title[0].name == '\0' && data__is_time(r->model, r->title[1].name);
+    if (data__event_titles(r)) {
+        return;
+    }
     if (is_foreign(r)) {
         r->stop = 1;
         return;
