@@ -266,6 +266,7 @@ void data__note_line(data__reader *r, const char *text, size_t size)
                       known ? "known"
                       : set ? "set"
                             : data__about_word[about]);
+        r->stop |= about == DATA_EVENTS; // what its column holds is not known
         return;
     }
     if (++r->notes > DATA_NOTES) {

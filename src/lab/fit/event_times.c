@@ -19,7 +19,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "reader.h"
+#include "stroke_reader.h"
 
 static const double beyond = 2.5;  /* lengths of the record: chosen */
 static const double pieces = 8.0;  /* runs of a record without samples: each may be the last one */

@@ -12,7 +12,7 @@
  *   start_follow.c the initial state from which a simulation follows a record's beginning
  *   horizon.c      how far ahead a stroke can be predicted
  *   setup.c        what keeps a record from beginning as the model moves: sense, zero, plane
- *   simulate.c     one stroke at the data's own times, reader.h
+ *   simulate.c     one stroke at the data's own times, stroke_reader.h
  *   event_times.c  the times of its events
  *   observer.c     the same, held near the data
  *   many.c         many strokes, on threads and in lanes

@@ -30,7 +30,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "reader.h"
+#include "stroke_reader.h"
 
 /* in steps of the file: the first step, any step */
 static const double first = 0.1, longest = 30.0;

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * reader.h - a stroke while it is being simulated, for simulate.c and event_times.c.
+ * stroke_reader.h - a stroke while it is being simulated, for simulate.c and event_times.c.
  * Included by: this folder.
  */
-#ifndef FIT_READER_H
-#define FIT_READER_H
+#ifndef FIT_STROKE_READER_H
+#define FIT_STROKE_READER_H
 
 #include "fitting.h"
 
