@@ -115,7 +115,7 @@ typedef void lab_read_progress_fn(void *ctx, double fraction);
 /** How to read. Start from lab_data_options_default(model). */
 typedef struct lab_data_options {
     const stein_model *model; /* must outlive the data */
-    int min_samples;          /* of every column; default 4 */
+    int min_samples;          /* of every column, but one time of events; default 4 */
     int inputs_only;          /* 1: only columns that are inputs count, any other is passed over */
     /* what is in the files, if they are none on a disk; else NULL: [1], of lab_dataset_open [n].
      * Their names are those in messages */

@@ -330,7 +330,9 @@ const cli_command cli_fit = {
         "\"band\", \"inflation\", \"noise_given\", \"gradient\", \"sensitivity_error\", "
         "\"starts\",\n"
         "\"collinear\": [{\"a\", \"b\", \"correlation\"}], \"condition\", \"weakest\",\n"
-        "\"strokes\": [{\"file\", \"fnv1a64\", \"rows\", \"chi2\", \"nuisances\", \"channels\"}]}.",
+        "\"strokes\": [{\"file\", \"fnv1a64\", \"rows\", \"lacking_events\", \"chi2\", "
+        "\"nuisances\",\n"
+        "\"channels\"}]}.",
     .examples =
         "stein fit models/stein1788.yaml strokes/*.csv --free hammer.mass,notch.friction.A \\\n"
         "    -o fitted.yaml\n"

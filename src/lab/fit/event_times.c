@@ -6,8 +6,8 @@
  * and tells them as they happen, the same to the last bit in lanes and alone.
  *
  * A simulation may have fewer events than were measured. It then goes on behind the last measured
- * one, up to `beyond` times the length of the record, but not when the place has come to rest. What
- * is missing until then counts as
+ * one, up to `beyond` times the length of the record, but not when the place has come to rest; with
+ * recorded inputs only as far as these are known. What is missing until then counts as
  *
  *      T = T_end                              the place is open: the event is still to come
  *      T = max(since, T_end - 2 (d - D))      it has been closed for d = T_end - since > D
@@ -22,6 +22,7 @@
 #include "stroke_reader.h"
 
 static const double beyond = 2.5;  /* lengths of the record: chosen */
+static const double margin = 0.1;  /* shortest intervals behind the last one: chosen */
 static const double pieces = 8.0;  /* runs of a record without samples: each may be the last one */
 static const double at_rest = 2.0; /* shortest intervals: a place that is closed for longer rests */
 
@@ -110,12 +111,14 @@ void fit__events_ready(fit__bench *b)
     stein_on_event(b->sim, any ? take : NULL, b);
     r->from = (1.0 + r->error) * s->data->time[0] + r->shift;
     r->last = -INFINITY;
+    double shortest = INFINITY;
     for (int c = s->nsampled; c < s->nch; c++) {
         const fit__event *of = &s->event[c];
         fit__caught *now = &r->caught[c];
         *now = (fit__caught){.since = stein_time(b->sim)};
         now->closed = of->contact >= 0 ? stein_touches(b->sim, of->contact)
                                        : stein_notch_phase(b->sim, of->notch) > 0;
+        shortest = fmin(shortest, of->shortest);
         while (now->most < of->n) {
             double T = to_simulation(r, c, s->y[c * s->n + now->most]);
             if (T > r->horizon) {
@@ -125,7 +128,9 @@ void fit__events_ready(fit__bench *b)
             now->most++;
         }
     }
-    r->limit = s->nsignal > 0 ? r->last : r->from + beyond * (r->last - r->from);
+    double end = (1.0 + r->error) * s->data->time[s->n - 1] + r->shift;
+    r->limit = s->nsignal == 0 || !isfinite(r->last) ? r->from + beyond * (r->last - r->from)
+                                                     : fmax(end, r->last + margin * shortest);
 }
 
 /* is an event to come, at time T? */

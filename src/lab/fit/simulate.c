@@ -460,7 +460,7 @@ static void ready(const fit__problem *p, fit__bench *b, double tau, double *y)
     r->pace.ctx = b;
     r->pace.next = next_time(r);
     r->t_end = last_time(r);
-    r->t_end = s->nsignal > 0 ? fmax(r->t_end, r->last) : r->t_end; // on along the inputs
+    r->t_end = s->nsignal > 0 ? fmax(r->t_end, r->limit) : r->t_end; // on along the inputs
     r->bend = r->over = 0;
     double whole = fmax(r->t_end, r->limit) / r->pace.longest + s->n; // as many runs as frames
     r->most = stein_trials(b->sim) + (long long)(fewest_trials + trials_a_longest * whole);
