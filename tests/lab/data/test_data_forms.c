@@ -61,8 +61,8 @@ START_TEST(times_of_events_are_read_in_every_usual_form)
         "# events string_force: begin\n,string_force (ms)\r\n0,61.5\r\n1,125\r\n2,500\r\n",
         "# events string_force: begin\nn;string_force [ms]\n1;61,5\n2;125\n3;500\n;\n",
         "# events string_force: begin\n# string_force\n6.15e-2\n1.25e-1\n5e-1\n",
-        "# events string_force: begin\ntime [s],key_dip [mm],string_force [s]\n"
-        "0,1,0.0615\n0.2,2,0.125\n0.4,3,0.5\n0.6,4,\n"};
+        ("# events string_force: begin\ntime [s],key_dip [mm],string_force [s]\n"
+         "0,1,0.0615\n0.2,2,0.125\n0.4,3,0.5\n0.6,4,\n")};
     for (size_t i = 0; i < sizeof text / sizeof *text; i++) {
         static const double time[] = {0.0615, 0.125, 0.5};
         int mixed = i == 5;
