@@ -45,7 +45,7 @@ typedef struct lab_fit_def {
                        input at most a frame / sqrt(12) */
     const double *smooth; /* [inputs] a measured motion is taken as motion up to this frequency, of
                              which half is kept [Hz]; NAN: as its noise allows; NULL: all NAN */
-    int smooth_all; /* 1: also in records that state another band (`# smooth`); default 0 */
+    int smooth_all;       /* 1: also in records that state another band (`# smooth`); default 0 */
     int initial; /* initial state: 1 free, 0 as the file states, -1 (default) free where the
                     mechanism neither settles nor has a load, and the stroke does not set it.
                     A free one starts from the first samples of the record, which is where the
