@@ -33,7 +33,7 @@ OPT  := $(OPT_$(VARIANT))
 EXACT := -ffp-contract=off -fno-tree-slp-vectorize -fno-math-errno
 ALL_CFLAGS   := -std=c11 $(WARN) $(OPT) $(EXACT) -fPIC -ffile-prefix-map=$(CURDIR)=. $(CFLAGS)
 LAB := $(addprefix src/lab/,io open run data accuracy sweep plot fit effects search law verdict diagnosis report plan \
-         study identity import page fmu draw)
+         study identity import page fmu draw linear)
 ALL_CPPFLAGS := -D_POSIX_C_SOURCE=200809L -DSTEIN_RELEASED='"$(RELEASED)"' -Iinclude -I$(B)/include \
                 -Isrc/core -Isrc/model -Isrc/fmi -Igen $(LAB:%=-I%) -Isrc/cli $(CPPFLAGS)
 

@@ -58,11 +58,15 @@ typedef struct layout {
     int *limit;                            /* [nbody] */
     int *direction, *signal;               /* [ninput] */
     int *sensor;                           /* [nchannel] */
+    int made, gravity;                     /* where a reaction is read */
+    int *ratio;                            /* [nloop] likewise, of couplings */
     int *store;
     int equations; /* first slot of the constants of the equations */
 } layout;
 
 int layout_build(layout *l, const tree *t);
+/** How many outputs read a reaction. */
+int layout_reactions(const mechanism *m);
 /** Append the constants that a function reads. */
 void layout_add_func(layout *l, const tree *t, const func *f);
 /** d index of a setup node, -1 when it has none. */

@@ -20,6 +20,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "functions.h"
 #include "tree.h"
 
 static ex formula_node(ex_graph *g, const tree *t, const mech_formula *f)
@@ -260,7 +261,7 @@ static void find_solids(tree *t)
             }
         }
         for (int c = 0; c < m->nchannel; c++) {
-            used |= m->channels[c].read >= STEIN_READ_ROLL && m->channels[c].index == i;
+            used |= stein__reads_attitude(m->channels[c].read) && m->channels[c].index == i;
         }
         for (int b = used ? i : -1; b >= 0; b = m->bodies[b].parent) {
             t->solid[b] = 1;

@@ -2,7 +2,9 @@
  * setup.c - the layout of the derived constants d.
  *
  *      initial {q, qd} | clock | laws of the joints | points | contacts | notches | links |
- *      tables | limits | inputs | sensors | constants of the equations
+ *      tables | limits | inputs | sensors | bodies, gravity, ratios | constants of the equations
+ *
+ * Bodies, gravity and ratios are there where an output reads a reaction.
  *
  * Every entry is a node of the setup graph, so that equal formulas are worked out once and a
  * constant that two functions need has one place.
@@ -55,8 +57,12 @@ static const char *const sensor_names[] = {"gain", "offset", "square", "tilt", "
 enum { DIRECTION_SIZE = 3 };
 #define HAS_NAMES(names, size) \
     _Static_assert(sizeof(names) / sizeof *(names) == (size), "every entry of a block has a name")
+static const char *const made_names[] = {"at_x", "at_y", "at_z", "mass", "x",  "y", "z",
+                                         "xx",   "yy",   "zz",   "xy",   "xz", "yz"};
+static const char *const ratio_names[] = {"ratio"};
 HAS_NAMES(normal_names, STEIN_NORMAL_SIZE);
 HAS_NAMES(friction_names, STEIN_FRICTION_SIZE);
+HAS_NAMES(made_names, STEIN_MADE_SIZE);
 HAS_NAMES(joint_names, STEIN_JOINT_SIZE);
 HAS_NAMES(link_names, STEIN_LINK_SIZE);
 HAS_NAMES(limit_names, STEIN_LIMIT_SIZE);
@@ -300,6 +306,37 @@ static void put_rest(layout *l, const tree *t)
     }
 }
 
+int layout_reactions(const mechanism *m)
+{
+    int n = 0;
+    for (int i = 0; i < m->nchannel; i++) {
+        n += m->channels[i].read == STEIN_READ_REACTION;
+    }
+    return n;
+}
+
+static void put_made(layout *l, const tree *t)
+{
+    const mechanism *m = t->m;
+    for (int i = 0; i < m->nbody; i++) {
+        const mech_body *b = &m->bodies[i];
+        mech_scalar v[STEIN_MADE_SIZE];
+        memcpy(v + STEIN_MADE_AT, b->at, sizeof b->at);
+        v[STEIN_MADE_MASS] = b->mass;
+        memcpy(v + STEIN_MADE_CENTRE, b->centre, sizeof b->centre);
+        memcpy(v + STEIN_MADE_TENSOR, b->inertia, sizeof b->inertia);
+        int at = put_block(l, t, v, made_names, STEIN_MADE_SIZE, text_safe(b->name), "body");
+        l->made = i == 0 ? at : l->made;
+    }
+    l->gravity = put_block(l, t, m->gravity, direction_names, DIRECTION_SIZE, "frame", "gravity");
+    for (int i = 0; i < m->nloop; i++) {
+        int couples = m->loops[i].kind == MECH_COUPLING;
+        l->ratio[i] = couples ? put_block(l, t, &m->loops[i].ratio, ratio_names, 1,
+                                          text_safe(m->loops[i].name), "coupling")
+                              : -1;
+    }
+}
+
 int layout_build(layout *l, const tree *t)
 {
     const mechanism *m = t->m;
@@ -309,7 +346,7 @@ int layout_build(layout *l, const tree *t)
         nspot += m->contacts[c].nspot;
     }
     int size = 2 * m->nbody + m->npoint + 2 * m->ncontact + 2 * nspot + 3 * m->nnotch + m->nlink +
-               m->ntable + 2 * m->ninput + m->nchannel;
+               m->ntable + 2 * m->ninput + m->nchannel + m->nloop;
     int *at = l->store = calloc((size_t)size + 1, sizeof *at);
     if (!at) {
         return -1;
@@ -321,7 +358,7 @@ int layout_build(layout *l, const tree *t)
         {&l->shape, 2 * nspot},     {&l->notch, m->nnotch},    {&l->notch_normal, m->nnotch},
         {&l->notch_rub, m->nnotch}, {&l->link, m->nlink},      {&l->direction, m->ninput},
         {&l->signal, m->ninput},    {&l->sensor, m->nchannel}, {&l->table, m->ntable},
-        {&l->point, m->npoint},     {&l->limit, m->nbody}};
+        {&l->point, m->npoint},     {&l->limit, m->nbody},     {&l->ratio, m->nloop}};
     for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
         *parts[i].array = at;
         at += parts[i].n;
@@ -331,6 +368,9 @@ int layout_build(layout *l, const tree *t)
     put_contacts(l, t);
     put_notches(l, t);
     put_rest(l, t);
+    if (layout_reactions(m)) {
+        put_made(l, t);
+    }
     l->equations = l->n;
     return l->failed || t->setup->failed ? -1 : 0;
 }

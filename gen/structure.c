@@ -218,6 +218,10 @@ static void signals(hash *h, const mechanism *m)
         words(h, c->name);
         words(h, c->unit);
         bytes(h, is, sizeof is);
+        if (c->read == STEIN_READ_REACTION) {
+            const int of[] = {c->loop, c->component, c->axes};
+            bytes(h, of, sizeof of);
+        }
         scalars(h, c->sensor, STEIN_SENSOR_SIZE);
     }
 }

@@ -8,6 +8,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "functions.h"
 #include "gen_internal.h"
 
 /* ---- header --------------------------------------------------------------------------------- */
@@ -441,6 +442,7 @@ static const char *read_name(int kind)
         [STEIN_READ_WX] = "STEIN_READ_WX",
         [STEIN_READ_WY] = "STEIN_READ_WY",
         [STEIN_READ_WZ] = "STEIN_READ_WZ",
+        [STEIN_READ_REACTION] = "STEIN_READ_REACTION",
     };
     return name[kind];
 }
@@ -463,6 +465,7 @@ static void table_signals(text *x, const tree *t, const layout *l)
         }
         close_table(x);
     }
+    int reactions = 0;
     open_table(x, "channel", "channels");
     text_add(x, "    {\"time\", \"s\", STEIN_READ_TIME, 0, 1, 0, %d},\n", l->plain);
     for (int i = 0; i < m->nchannel; i++) {
@@ -472,10 +475,43 @@ static void table_signals(text *x, const tree *t, const layout *l)
         text_add(x, ", ");
         text_literal(x, k->unit);
         text_add(x, ", %s, %d, %d, %d, %d},\n", read_name(k->read),
-                 k->read >= STEIN_READ_ROLL ? solid_index(t, k->index) : k->index, k->sign,
-                 k->from_rest, l->sensor[i]);
+                 stein__reads_attitude(k->read)   ? solid_index(t, k->index)
+                 : k->read == STEIN_READ_REACTION ? reactions++
+                                                  : k->index,
+                 k->sign, k->from_rest, l->sensor[i]);
     }
     close_table(x);
+}
+
+static void table_reactions(text *x, const tree *t, const layout *l)
+{
+    static const char *const component[] = {
+        "STEIN_FORCE_X",  "STEIN_FORCE_Y",  "STEIN_FORCE_Z",    "STEIN_MOMENT_X",
+        "STEIN_MOMENT_Y", "STEIN_MOMENT_Z", "STEIN_FORCE_SIZE", "STEIN_MOMENT_SIZE"};
+    static const char *const kind[] = {"STEIN_TIE_MEET", "STEIN_TIE_ROD", "STEIN_TIE_SLOT",
+                                       "STEIN_TIE_WELD", "STEIN_TIE_COUPLING"};
+    const mechanism *m = t->m;
+    if (layout_reactions(m) == 0) {
+        return;
+    }
+    open_table(x, "reaction", "reactions");
+    for (int i = 0; i < m->nchannel; i++) {
+        const mech_channel *k = &m->channels[i];
+        if (k->read == STEIN_READ_REACTION) {
+            text_add(x, "    {%d, %d, %s, %d},\n", k->loop, k->index, component[k->component],
+                     k->axes);
+        }
+    }
+    close_table(x);
+    if (m->nloop) {
+        open_table(x, "tie", "ties");
+        for (int i = 0; i < m->nloop; i++) {
+            const mech_loop *k = &m->loops[i];
+            text_add(x, "    {%s, {%d, %d}, %d, %d},\n", kind[k->kind], k->index[0], k->index[1],
+                     k->axis, l->ratio[i]);
+        }
+        close_table(x);
+    }
 }
 
 void emit_tables(text *x, const tree *t, const layout *l)
@@ -490,6 +526,7 @@ void emit_tables(text *x, const tree *t, const layout *l)
     table_sticks(x, t->m);
     table_balls(x, t);
     table_signals(x, t, l);
+    table_reactions(x, t, l);
 }
 
 /* ---- descriptor ----------------------------------------------------------------------------- */
@@ -590,6 +627,11 @@ void emit_model(text *x, const tree *t, const layout *l, const funcs *f, char ha
         text_add(x, "    .nloop = %d, .nrow = %d, .loops = loops,\n", m->nloop, t->nrow);
         ops_field(x, "closure", &f->closure.ops);
         pointer_field(x, "closure", t->nrow);
+    }
+    if (layout_reactions(m)) {
+        text_add(x, "    .nreaction = %d, .reactions = reactions, .ties = %s,\n",
+                 layout_reactions(m), m->nloop ? "ties" : "NULL");
+        text_add(x, "    .made = %d, .gravity = %d,\n", l->made, l->gravity);
     }
     model_tables(x, t, f);
     text_add(x, "    .lanes = STEIN_LANES_OF(%s),\n", m->name);

@@ -54,7 +54,7 @@ $(B)/identity_models.c: models/stein1788.yaml models/pendulum.yaml | $(B)/.gitig
 PAGE_FILES := $(wildcard src/page/*.html src/page/*.css src/page/*.js)
 PAGE_CORE  := $(filter-out src/core/handover.c src/core/identity.c src/core/lane% src/core/batch% src/core/processor.c \
                 src/core/derivative.c src/core/direction.h src/core/slopes.% src/core/sensitivity.c src/core/balance.c \
-                src/core/tangent.c src/core/points.c src/core/implicit.c,\
+                src/core/tangent.c src/core/points.c src/core/implicit.c src/core/linear%,\
                 $(wildcard src/core/*.[ch])) src/page/shim.c src/page/explicit.c \
               $(addprefix include/stein/,law.h model.h sim.h status.h version.h)
 FMU_FILES  := $(wildcard src/fmi/*.c src/fmi/*.h src/fmi/*.txt)

@@ -78,6 +78,8 @@
     X(linkages)      \
     X(space)         \
     X(limits)        \
+    X(linear)        \
+    X(reaction)      \
     X(stick)         \
     X(seldom)        \
     X(edges)         \

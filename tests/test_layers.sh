@@ -69,7 +69,7 @@ only $sweep $io $open $run
 only src/lab/plot $io $open $run $sweep
 only src/lab/study $io $open $run $sweep src/lab/plot
 only src/lab/identity $io $open $run $sweep $data $fit
-for folder in src/lab/page src/lab/fmu src/lab/draw src/lab/import; do only $folder $io $open; done
+for folder in src/lab/page src/lab/fmu src/lab/draw src/lab/import src/lab/linear; do only $folder $io $open; done
 # the order of a diagnosis: records, fits, effects, search, verdict; what is later is not asked before
 only $data $io $open $run src/lab/effects $fit
 only $fit $io $open $run src/lab/effects $data

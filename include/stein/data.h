@@ -103,6 +103,7 @@ typedef struct lab_data {
     int time_unit_assumed;   /* 1: the title of the time states no unit, it was read as s */
     int number;              /* in its dataset, in the order of the files, from 1; 0: of none */
     const char *text;        /* that it was read from, lab_data_options.text; NULL: its file */
+    const char *passed_over; /* titles of columns that the model does not know; NULL: none */
     /* A long record may be cut into windows: `file` is "FILE, 1.2 s to 3.4 s" then */
     const char *source;       /* the file itself */
     int first_row, file_rows; /* of the file's rows: the first one here, from 0; all of them */

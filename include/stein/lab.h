@@ -7,6 +7,7 @@
 #ifndef STEIN_LAB_H
 #define STEIN_LAB_H
 
+#include "stein/linear.h"
 #include "stein/sim.h"
 #include "stein/version.h"
 
@@ -165,6 +166,47 @@ stein_status lab_write(const char *path, lab_format format, const lab_record *re
  *  @return OK, EIO, EINVAL (other ending) */
 stein_status lab_plot(const char *path, const lab_record *record, const stein_model *model,
                       const lab_stroke *stroke, stein_err *err);
+
+/* ---- linearisation (linear.h) ---- */
+
+/** What the motion of a mode is. */
+typedef enum {
+    LAB_OSCILLATES, /* a pair of complex eigenvalues, whether it decays or grows */
+    LAB_DECAYS,     /* a real eigenvalue < 0 */
+    LAB_GROWS,      /* > 0 */
+    LAB_NEUTRAL     /* 0, to rounding: any place is as good, as of a body that moves freely */
+} lab_mode_kind;
+/** One eigenvalue of A of the free coordinates, or a pair of conjugate ones. */
+typedef struct lab_mode {
+    lab_mode_kind kind;
+    double re, im;    /* eigenvalue, im >= 0 [1/s] */
+    int count;        /* 2: a pair */
+    double frequency; /* |eigenvalue| / 2 pi, of the same without damping [Hz]; 0: no oscillation */
+    double damping;   /* -re / |eigenvalue|, 1 is critical, < 0 grows [-] */
+    int coordinate;   /* free coordinate with the largest share of the kinetic energy */
+    double share;     /* that share [-] */
+} lab_mode;
+/** All of them, slow ones first. */
+typedef struct lab_modes {
+    int n;
+    lab_mode *mode; /* [n] */
+    double *shape;  /* [n][nfree][2] real and imaginary part of each free coordinate, largest 1 */
+} lab_modes;
+/** Eigenvalues and shapes of a linear system. @return OK, ENOMEM, ENONFINITE (A is not finite) */
+stein_status lab_modes_create(lab_modes **modes, const stein_linear_system *system, stein_err *err);
+void lab_modes_destroy(lab_modes *modes);
+/** SI unit of a state (0 <= state < 2 n), or with derivative 1 of its rate; of an input. */
+const char *lab_linear_unit(const stein_model *model, const stein_linear_system *system, int state,
+                            int derivative);
+const char *lab_linear_input_unit(const stein_model *model, const stein_linear_system *system,
+                                  int input);
+/** Write A, B, C, D as one CSV table: a row for the rate of each state and for each output, a
+ *  column for each state and input, all with their units.
+ *  @param notes  "name: value" texts closed by NULL, the first lines; may be NULL
+ *  @return OK, EIO */
+stein_status lab_linear_write(const char *path, const stein_model *model,
+                              const stein_linear_system *system, const char *const *notes,
+                              stein_err *err);
 
 /* ---- driving ---- */
 

@@ -45,7 +45,7 @@ extern "C" {
 #endif
 
 /** Layout version of stein_model; equations compiled against another one are refused. */
-#define STEIN_MODEL_ABI 11
+#define STEIN_MODEL_ABI 12
 
 #ifndef STEIN_LANES
 #define STEIN_LANES 1
@@ -358,9 +358,60 @@ typedef enum {
     STEIN_READ_ROLL, STEIN_READ_PITCH, STEIN_READ_YAW,
     STEIN_READ_XX, STEIN_READ_XY, STEIN_READ_XZ, STEIN_READ_YX, STEIN_READ_YY, STEIN_READ_YZ,
     STEIN_READ_ZX, STEIN_READ_ZY, STEIN_READ_ZZ,
-    STEIN_READ_WX, STEIN_READ_WY, STEIN_READ_WZ
+    STEIN_READ_WX, STEIN_READ_WY, STEIN_READ_WZ,
+    STEIN_READ_REACTION                                             /* index into reactions */
 } stein_read_kind;
 /* clang-format on */
+
+/** What a joint or a loop transmits: the force that the parent exerts on the child at the child's
+ *  origin, or the body of a loop's first point on that of the second one at the second point, and
+ *  the moment about that place. It includes what acts in the joint itself (springs, motors, gears).
+ *  X .. Z along axes of the fixed frame or of a body; SIZE the length of the vector. A coupling has
+ *  a generalised force alone, that on the joint that follows [N m or N]: FORCE_X. */
+typedef enum {
+    STEIN_FORCE_X,
+    STEIN_FORCE_Y,
+    STEIN_FORCE_Z,
+    STEIN_MOMENT_X,
+    STEIN_MOMENT_Y,
+    STEIN_MOMENT_Z,
+    STEIN_FORCE_SIZE,
+    STEIN_MOMENT_SIZE
+} stein_component;
+typedef struct stein_reaction {
+    int loop;  /* 1: of a loop or coupling, 0: of a joint */
+    int index; /* which one */
+    stein_component component;
+    int axes; /* of that body, -1 of the fixed frame */
+} stein_reaction;
+
+/** What a body is made of: d blocks one behind the other, for reactions. In the body's axes, those
+ *  of its parent for the place of its joint from the parent's origin [m]; the tensor about the
+ *  centre of mass [kg m^2]. */
+enum {
+    STEIN_MADE_AT,         /* x y z */
+    STEIN_MADE_MASS = 3,   /* [kg] */
+    STEIN_MADE_CENTRE = 4, /* x y z */
+    STEIN_MADE_TENSOR = 7, /* xx yy zz xy xz yz */
+    STEIN_MADE_SIZE = 13
+};
+
+/** What a loop holds, for reactions: of points, index 0 and 1 are those of model->points, and axis
+ *  belongs to the first one's body. */
+typedef enum {
+    STEIN_TIE_MEET, /* the points meet */
+    STEIN_TIE_ROD,  /* are as far apart as a rod is long */
+    STEIN_TIE_SLOT, /* the second one is on a line through the first one along `axis` */
+    STEIN_TIE_WELD, /* meet, and the bodies turn as one, but for a turn about `axis` if it is >= 0
+                     */
+    STEIN_TIE_COUPLING /* joint index 0 follows joint index 1, `ratio` times */
+} stein_tie_kind;
+typedef struct stein_tie {
+    stein_tie_kind kind;
+    int index[2];
+    int axis;  /* 0 x, 1 y, 2 z, -1 none */
+    int ratio; /* d index, -1: no coupling */
+} stein_tie;
 
 /** An output channel: sign * (reading - reading in the initial state if from_rest). */
 typedef struct stein_channel {
@@ -574,6 +625,14 @@ typedef struct stein_model {
     /** Their poses. NULL when npose3 = 0. */
     void (*pose3)(const double *q, const double *qd, const double *sc, const double *d,
                   stein_pose3 *pose);
+
+    /* Reactions that are read: with nreaction = 0 there is nothing else of them. */
+
+    int nreaction;
+    const stein_reaction *reactions; /* [nreaction] */
+    const stein_tie *ties;           /* [nloop] */
+    int made;                        /* d index of nq STEIN_MADE blocks */
+    int gravity;                     /* d index of x, y, z in the fixed frame [m/s^2] */
 } stein_model;
 
 #ifdef __cplusplus

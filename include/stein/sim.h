@@ -79,9 +79,10 @@ int stein_freedom(const stein_sim *sim);
  * prescribed joints at their signals. A load that is present rests, one that was lifted stays
  * away.
  * Contacts as geometry has them, notches by their memory. Friction, which vanishes at rest, has no
- * part in it. In small steps of a signal this follows a quasi-static motion.
- *  @return OK, ESETTLE, ESINGULAR, EINVAL (with loops or couplings); after a failure the positions
- * are the last that were tried */
+ * part in it. In small steps of a signal this follows a quasi-static motion. With loops and
+ * couplings the search goes along the ways that they leave.
+ *  @return OK, ESETTLE, ESINGULAR, ECLOSE, EINVAL (bodies that turn in all directions); after a
+ * failure the positions are the last that were tried */
 stein_status stein_settle(stein_sim *sim, stein_err *err);
 /** One step of dt, split at located events. On ENONFINITE, ESINGULAR or ECHATTER the state is kept
  *  as it was before the failing sub-step, for inspection. Two events are located, what is left of

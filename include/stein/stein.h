@@ -42,6 +42,7 @@
  *   batch.h many simulations side by side   version.h      identity.h are the bits the same?
  *   handover.h parameters from another thread, and what a real-time host may rely on
  *   derivative.h exact derivatives of qdd   sensitivity.h derivatives of a whole motion
+ *   linear.h a mechanism linearised about an equilibrium
  *   balance.h where the energy of a motion comes from and goes to
  * and, with libsteinlab.a (GPL), not included here: lab.h mechanism files, strokes, studies;
  * data.h measured strokes; fit.h parameters from them; diagnose.h the table of physical effects and
@@ -57,6 +58,7 @@
 #include "stein/handover.h"
 #include "stein/identity.h"
 #include "stein/law.h"
+#include "stein/linear.h"
 #include "stein/load.h"
 #include "stein/model.h"
 #include "stein/models.h"

@@ -118,7 +118,8 @@ const char *check__output_kind(int read)
                                        "zz",
                                        "wx",
                                        "wy",
-                                       "wz"};
+                                       "wz",
+                                       "reaction"};
     return text[read];
 }
 

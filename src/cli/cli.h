@@ -72,7 +72,7 @@ struct cli_args {
 
 extern const cli_command cli_new, cli_check, cli_show, cli_generate, cli_strike, cli_simulate,
     cli_sweep, cli_merge, cli_study, cli_effects, cli_fit, cli_diagnose, cli_plan, cli_import,
-    cli_page, cli_export, cli_version;
+    cli_linearise, cli_page, cli_export, cli_version;
 /** All commands, closed by NULL. */
 extern const cli_command *const cli_commands[];
 

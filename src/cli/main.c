@@ -9,9 +9,9 @@
 #include "stein/stein.h"
 
 const cli_command *const cli_commands[] = {
-    &cli_new,   &cli_check,  &cli_show,  &cli_generate, &cli_strike,  &cli_simulate,
-    &cli_sweep, &cli_merge,  &cli_study, &cli_effects,  &cli_fit,     &cli_diagnose,
-    &cli_plan,  &cli_import, &cli_page,  &cli_export,   &cli_version, NULL};
+    &cli_new,    &cli_check, &cli_show,   &cli_generate, &cli_strike, &cli_simulate, &cli_linearise,
+    &cli_sweep,  &cli_merge, &cli_study,  &cli_effects,  &cli_fit,    &cli_diagnose, &cli_plan,
+    &cli_import, &cli_page,  &cli_export, &cli_version,  NULL};
 enum { COMMANDS = sizeof cli_commands / sizeof *cli_commands - 1 };
 
 static void overview(FILE *stream)

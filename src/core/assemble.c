@@ -15,8 +15,7 @@
 enum { MOST_NEWTON = 60, MOST_HALVINGS = 8, MOST_STARTS = 24 };
 static const double longest = 0.3; /* step of Newton [rad or m] */
 
-/* Newton from q, steps of least length, shortened until the gaps shrink. @return is it closed? */
-static int close_positions(stein_sim *sim, const unsigned char *kept, double *q)
+int stein__loops_close(stein_sim *sim, const unsigned char *kept, double *q)
 {
     stein__loops *l = &sim->loop;
     int n = sim->model->nq, m = sim->model->nrow;
@@ -71,7 +70,7 @@ static int close_from_around(stein_sim *sim, const unsigned char *kept, double *
             int stays = stein__is_driven(sim, j) || (kept != NULL && kept[j]);
             q[j] = given[j] + (stays ? 0.0 : off);
         }
-        if (close_positions(sim, kept, q)) {
+        if (stein__loops_close(sim, kept, q)) {
             return 1;
         }
         double gap = stein__largest(sim->loop.h, sim->model->nrow);
@@ -112,7 +111,7 @@ static int rank_beside(stein_sim *sim)
     for (int j = 0; j < n; j++) {
         q[j] = sim->q[j] + (size > 0.0 ? 1e-2 / size * l->x[j] : 0.0);
     }
-    return close_positions(sim, NULL, q) ? rank_at(sim, q) : 0;
+    return stein__loops_close(sim, NULL, q) ? rank_at(sim, q) : 0;
 }
 
 /* what stands behind the beginning of a text, NULL: it begins otherwise */

@@ -74,6 +74,7 @@ static double reading(stein_sim *sim, const stein_channel *channel)
     case STEIN_READ_POTENTIAL:
         model->energy(sim->xq, sim->xqd, sim->sc, sim->d, e);
         return e[channel->read == STEIN_READ_POTENTIAL];
+    case STEIN_READ_REACTION: return stein__reaction(sim, i);
     default: return stein__attitude(sim, channel->read, i);
     }
 }
@@ -128,7 +129,7 @@ static int shows_place(const stein_channel *channel)
     case STEIN_READ_VY:
     case STEIN_READ_VZ:
     case STEIN_READ_GAP: return 1;
-    default: return channel->read >= STEIN_READ_ROLL;
+    default: return stein__reads_attitude((int)channel->read);
     }
 }
 
@@ -140,6 +141,18 @@ static stein_status prepare(stein_sim *sim, const stein_channel *channel)
     }
     stein__place(sim);
     return STEIN_OK;
+}
+
+double stein__channel_slope(stein_sim *sim, int i)
+{
+    const stein_channel *channel = &sim->model->channels[i];
+    const double *sensor = sim->d + channel->sensor;
+    double slope = sensor[STEIN_SENSOR_GAIN];
+    if (sensor[STEIN_SENSOR_SQUARE] != 0.0 && prepare(sim, channel) == STEIN_OK) {
+        double moved = channel->sign * reading(sim, channel) - sim->rest[2 * i];
+        slope += 2.0 * sensor[STEIN_SENSOR_SQUARE] * moved;
+    }
+    return channel->sign * slope;
 }
 
 double stein_read(stein_sim *sim, int i)

@@ -13,7 +13,7 @@
  *      stick.c           friction that sticks             stick_events.c when it begins and ends
  *      space.c           contacts in space                status.c       errors
  *      handover.c        parameters from a thread         elementary.c   far and rare functions
- *      identity.c        one hash of all that computes
+ *      identity.c        one hash of all that computes    reaction.c     what joints transmit
  *
  *   with the types of real.h, compiled again for each number of lanes
  *      layout.c          memory                           contact.c      spots: where and how deep
@@ -27,7 +27,7 @@
  *      batch*.c          many simulations in lanes        slopes.c       the same of contacts
  *      processor.c       how many lanes there are         derivative.c   derivatives of qdd
  *      balance.c         energies of a motion             sensitivity.c  derivatives of a motion
- *                                                         points.c       points off the plane
+ *      linear*.c         a mechanism linearised           points.c       points off the plane
  *
  * Guards. Every switch of the mechanism is a guard function g(q) and one byte of memory that says
  * on which side the motion is (mode 1: g > 0). Modes are constant within a Runge-Kutta step; a step
@@ -293,6 +293,9 @@ struct stein_sim {
     unsigned char *crossed;       /* [nswitch] guards that switch at the located root */
     stein__loops loop;
     stein__sticks hold;
+
+    unsigned char *reaction; /* work of reaction.c, where a reaction is read */
+    int notes_pulls;         /* 1: forces at points go to it as well (stein__note_pull) */
 
     int jacobians; /* 1: a force acts at a point of a body without a pose */
     int signals;   /* 1: an input has a signal */
@@ -772,6 +775,17 @@ stein_status stein__explain_failure(stein_sim *sim, double h, stein_status code,
 
 /* channel.c */
 void stein__note_rest(stein_sim *sim);
+/* what the instrument of a channel makes of a change of its reading, in the current state */
+double stein__channel_slope(stein_sim *sim, int channel);
+
+/* reaction.c: the reading of stein_model.reactions[i] at the last evaluation, which is made STALE
+ * where something sticks; its work in a simulation's block [bytes]; a force at a point of a body
+ * without a pose, where px is that of all points */
+#if STEIN_LANES == 1
+double stein__reaction(stein_sim *sim, int i);
+void stein__note_pull(stein_sim *sim, int point, const double f[3]);
+#endif
+size_t stein__reaction_size(const stein_model *model);
 
 /* table.c: parameters have changed; forces of tables in joints, into Q; the normal force of contact
  * `index` (a notch: ncontact + its index) with what its tables say */

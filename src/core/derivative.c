@@ -479,3 +479,15 @@ void stein_derivative_by_state(stein_derivative *s, double *by_q, double *by_qd)
     solve_columns(s, s->Qq, s->Rq, by_q);
     solve_columns(s, s->Qqd, s->Rqd, by_qd);
 }
+
+void stein__derivative_residual(stein_derivative *s, double *by_q, double *by_qd)
+{
+    int n = s->model->nq;
+    s->driven = 0; // all joints move
+    equations_by_state(s);
+    stein_derivative_forces(s, s->Qq, s->Qqd);
+    for (int i = 0; i < n * n; i++) {
+        by_q[i] = s->Rq[i] - s->Qq[i];
+        by_qd[i] = s->Rqd[i] - s->Qqd[i];
+    }
+}

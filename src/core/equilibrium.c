@@ -10,11 +10,14 @@
  *
  * which follow the motion downhill while tau is small and become Newton's as it grows. Integrating
  * the motion until it rests would creep for ever on the smooth friction law.
+ *
+ * With loops and couplings the unknowns are the independent joints of the partition of J there; the
+ * others follow, dq = T dz, and Newton steps close what a step has opened.
  */
 #include <math.h>
 #include <string.h>
 
-#include "core.h"
+#include "loops.h"
 
 enum { MAX_SETTLE_STEPS = 600 };
 static const double longest_step = 0.02; /* rad or m in one iteration */
@@ -77,21 +80,72 @@ static stein_status residual(stein_sim *sim, double *F, double *norm2, stein_err
     return status;
 }
 
-/* column k of 1/tau - dF/dq, by central differences; a joint that is driven changes nothing */
+/* is joint j an unknown? With loops: by the last partition */
+static int is_unknown(const stein_sim *sim, int j)
+{
+    return sim->model->nrow > 0 ? sim->loop.kept[j] : !stein__is_driven(sim, j);
+}
+
+/* with loops: parts the joints at sim->q into unknowns and what depends on them */
+static void part(stein_sim *sim)
+{
+    stein__loops *l = &sim->loop;
+    stein__loops_at(sim, sim->q, sim->zero);
+    stein__give(sim, NULL, l->x);
+    memset(l->rhs, 0, sizeof *l->rhs * (size_t)sim->model->nrow);
+    (void)stein__partition(sim, l->x, stein__most_pivots(sim), STEIN__PASSING_PIVOT);
+    for (int j = 0; j < sim->model->nq; j++) {
+        l->kept[j] = l->role[j] == FREE;
+    }
+}
+
+/* with loops: what depends on the unknowns in dq follows them */
+static void follow(const stein_sim *sim, double *dq)
+{
+    const stein__loops *l = &sim->loop;
+    int nq = sim->model->nq;
+    for (int i = 0; sim->model->nrow > 0 && i < l->rank_found; i++) {
+        const double *row = l->A + l->row[i] * nq;
+        double sum = 0.0;
+        for (int j = 0; j < nq; j++) {
+            sum -= l->kept[j] ? row[j] * dq[j] : 0.0;
+        }
+        dq[l->column[i]] = sum;
+    }
+}
+
+/* F at `share` of a direction from where the joints are */
+static stein_status look(stein_sim *sim, const double *dq, double share, double *F, stein_err *err)
+{
+    int nq = sim->model->nq;
+    double norm2;
+    for (int j = 0; j < nq; j++) {
+        sim->q[j] += share * dq[j];
+    }
+    return residual(sim, F, &norm2, err);
+}
+
+/* column k of 1/tau - dF/dq, by central differences; a joint that is no unknown changes nothing */
 static stein_status column(stein_sim *sim, int k, double tau, double *A, stein_err *err)
 {
-    int nq = sim->model->nq, driven = stein__is_driven(sim, k);
-    double *Fp = sim->work + nq * nq, *Fm = Fp + nq, q = sim->q[k], step = 1e-7, norm2;
+    int nq = sim->model->nq, moves = is_unknown(sim, k);
+    double *Fp = sim->work + nq * nq, *Fm = Fp + nq, *q = sim->q0, *dq = sim->qd0, step = 1e-7;
     stein_status status = STEIN_OK;
-    if (!driven) {
-        sim->q[k] = q + step;
-        status = residual(sim, Fp, &norm2, err);
-        sim->q[k] = q - step;
-        status = status == STEIN_OK ? residual(sim, Fm, &norm2, err) : status;
-        sim->q[k] = q;
+    if (moves) {
+        memcpy(q, sim->q, sizeof *q * (size_t)nq);
+        memset(dq, 0, sizeof *dq * (size_t)nq);
+        dq[k] = 1.0;
+        if (sim->model->nrow > 0) {
+            part(sim);
+            follow(sim, dq);
+        }
+        status = look(sim, dq, step, Fp, err);
+        memcpy(sim->q, q, sizeof *q * (size_t)nq);
+        status = status == STEIN_OK ? look(sim, dq, -step, Fm, err) : status;
+        memcpy(sim->q, q, sizeof *q * (size_t)nq);
     }
     for (int i = 0; status == STEIN_OK && i < nq; i++) {
-        int given = driven || stein__is_driven(sim, i);
+        int given = !moves || !is_unknown(sim, i);
         double slope = given ? 0.0 : (Fp[i] - Fm[i]) / (2.0 * step);
         A[i * nq + k] = (i == k ? 1.0 / tau : 0.0) - slope;
     }
@@ -104,6 +158,9 @@ static stein_status correction(stein_sim *sim, const double *F, double tau, doub
 {
     int nq = sim->model->nq;
     double *A = sim->work;
+    if (sim->model->nrow > 0) {
+        part(sim);
+    }
     for (int k = 0; k < nq; k++) {
         stein_status status = column(sim, k, tau, A, err);
         if (status != STEIN_OK) {
@@ -111,12 +168,25 @@ static stein_status correction(stein_sim *sim, const double *F, double tau, doub
         }
     }
     for (int i = 0; i < nq; i++) {
-        delta[i] = stein__is_driven(sim, i) ? 0.0 : F[i];
+        delta[i] = is_unknown(sim, i) ? F[i] : 0.0;
     }
     if (stein__solve_general(nq, A, sim->pivot, delta) != 0) {
         memset(delta, 0, sizeof *delta * (size_t)nq);
     }
+    if (sim->model->nrow > 0) {
+        part(sim);
+        follow(sim, delta);
+    }
     return STEIN_OK;
+}
+
+/* the joints by a share of delta, loops closed behind it. @return are they? */
+static int move(stein_sim *sim, const double *delta, double share)
+{
+    for (int j = 0; j < sim->model->nq; j++) {
+        sim->q[j] += share * delta[j];
+    }
+    return sim->model->nrow == 0 || stein__loops_close(sim, NULL, sim->q);
 }
 
 static double largest(const double *x, int n)
@@ -131,11 +201,6 @@ static double largest(const double *x, int n)
 static stein_status find_equilibrium(stein_sim *sim, stein_err *err)
 {
     int nq = sim->model->nq;
-    if (sim->model->nrow > 0) {
-        return stein__fail(err, STEIN_EINVAL,
-                           "no equilibrium is looked for in \"%s\": it has loops or couplings",
-                           sim->model->name);
-    }
     if (sim->model->nball > 0) {
         return stein__fail(err, STEIN_EINVAL,
                            "no equilibrium is looked for in \"%s\": it has a body that turns in "
@@ -154,11 +219,9 @@ static stein_status find_equilibrium(stein_sim *sim, stein_err *err)
         }
         memcpy(start, sim->q, bytes);
         double shorten = fmin(1.0, longest_step / size);
-        for (int j = 0; j < nq; j++) {
-            sim->q[j] += shorten * delta[j];
-        }
+        int closed = move(sim, delta, shorten);
         status = residual(sim, trial, &new_norm2, err);
-        if (new_norm2 <= 2.0 * norm2 || size < 1e-11) {
+        if (closed && (new_norm2 <= 2.0 * norm2 || size < 1e-11)) {
             memcpy(F, trial, bytes);
             norm2 = new_norm2;
             tau = fmin(tau * (shorten < 1.0 ? 1.0 : 4.0), 1e12);
@@ -207,6 +270,9 @@ stein_status stein__settle(stein_sim *sim, stein_err *err)
         }
         sim->head->load_present = 1;
         sim->hold.off = 0;
+        if (status == STEIN_OK && model->nrow > 0) { // initial speeds as the loops allow them there
+            status = stein__loops_assemble(sim, 0, err);
+        }
         if (status != STEIN_OK) {
             return status;
         }
@@ -244,7 +310,8 @@ stein_status stein_settle(stein_sim *sim, stein_err *err)
     memset(sim->qd, 0, sizeof *sim->qd * (size_t)sim->model->nq);
     sim->fresh = STALE;
     sim->hold.off = 1;
-    stein_status status = find_equilibrium(sim, err);
+    stein_status status = sim->model->nrow > 0 ? stein__loops_assemble(sim, 0, err) : STEIN_OK;
+    status = status == STEIN_OK ? find_equilibrium(sim, err) : status;
     sim->hold.off = 0;
     modes_from_geometry(sim);
     stein__stick_begin(sim);

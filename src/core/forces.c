@@ -69,6 +69,11 @@ INNER void stein__pull(stein_sim *sim, int point, const real f[3])
         apply(sim, p->frame, place(pose, at[0], at[2]), (vec2){f[0], f[2]});
     } else if (p->body >= 0) {
         add_point_force(sim, point, f);
+#if STEIN_LANES == 1
+        if (sim->notes_pulls) {
+            stein__note_pull(sim, point, f);
+        }
+#endif
     }
 }
 

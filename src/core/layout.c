@@ -174,6 +174,9 @@ static void carve_all(stein_sim *s, arena *a, const stein_model *m)
     s->crossed = carve(a, (size_t)s->nswitch);
     carve_loops(&s->loop, a, m);
     carve_sticks(&s->hold, a, m);
+#if STEIN_LANES == 1
+    s->reaction = carve(a, stein__reaction_size(m));
+#endif
     size_t signals = (size_t)m->ninput * (sizeof(real) / sizeof(double));
     s->signal = carve(a, sizeof *s->signal * signals);
     s->signal_ctx = carve(a, sizeof *s->signal_ctx * signals);

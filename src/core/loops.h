@@ -42,4 +42,10 @@ double stein__loops_speeds(stein_sim *sim, const double *M, const unsigned char 
 /* the loop that is open widest, as it was looked at last */
 const char *stein__worst_loop(const stein_sim *sim, double *gap, int *is_length);
 
+/* ---- assemble.c ---- */
+
+/* Newton from q, steps of least length, shortened until the gaps shrink; `kept` (nullable) joints
+ * stay. @return is it closed? */
+int stein__loops_close(stein_sim *sim, const unsigned char *kept, double *q);
+
 #endif

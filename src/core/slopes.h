@@ -101,6 +101,10 @@ stein_derivative *stein__derivative_make(void *block, const stein_model *model);
 stein_status stein__derivative_at(stein_derivative *s, stein_sim *sim, double t, const double *q,
                                   const double *qd, double *qdd, stein_err *err);
 
+/* derivative.c: M qdd + c - Q at the place by every q and qd, [nq*nq], also of joints that follow a
+ * signal */
+void stein__derivative_residual(stein_derivative *s, double *by_q, double *by_qd);
+
 /* points.c: can a force act at a point off the plane? Its H at the place; the points along {dq,
  * dqd}
  */

@@ -9,6 +9,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "functions.h"
 #include "reader.h"
 
 /** Places on body i into the axes of its parent. A place at a named point follows that. */
@@ -87,11 +88,13 @@ static void move_references(mechanism *m, const moved *w)
         }
     }
     for (int i = 0; i < m->nchannel; i++) {
-        int read = m->channels[i].read;
-        if ((read >= STEIN_READ_POSITION && read <= STEIN_READ_ACCELERATION) ||
-            read >= STEIN_READ_ROLL) {
-            move_body(w, &m->channels[i].index);
+        mech_channel *c = &m->channels[i];
+        int of_joint = c->read == STEIN_READ_REACTION && !c->loop;
+        if ((c->read >= STEIN_READ_POSITION && c->read <= STEIN_READ_ACCELERATION) ||
+            stein__reads_attitude(c->read) || of_joint) {
+            move_body(w, &c->index);
         }
+        move_body(w, &c->axes);
     }
     move_body(w, &m->load_body);
 }

@@ -199,6 +199,7 @@ typedef struct mech_channel {
     char unit[MECH_UNIT];
     int read; /* stein_read_kind */
     int index, sign, from_rest;
+    int loop, component, axes; /* of a reaction, as in stein_reaction */
     mech_scalar sensor[STEIN_SENSOR_SIZE];
 } mech_channel;
 

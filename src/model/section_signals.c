@@ -14,15 +14,17 @@ typedef struct readable {
 } readable;
 
 static const readable readables[] = {
-    {"joint", "reading of a joint", "position speed acceleration", STEIN_READ_POSITION},
+    {"joint", "reading of a joint", "position speed acceleration reaction", STEIN_READ_POSITION},
     {"point", "reading of a point", "x y z vx vy vz", STEIN_READ_X},
     {"contact", "reading of a contact", "gap force friction", STEIN_READ_GAP},
     {"notch", "reading of a notch", "force phase overlap", STEIN_READ_NOTCH_FORCE},
     {"input", "reading of an input", "value force", STEIN_READ_INPUT},
     {"body", "reading of a body", "roll pitch yaw xx xy xz yx yy yz zx zy zz wx wy wz",
      STEIN_READ_ROLL},
+    {"loop", "reading of a loop or coupling", "reaction", STEIN_READ_REACTION},
 };
-enum { JOINT, POINT, CONTACT, NOTCH, INPUT, BODY, NREADABLE };
+enum { JOINT, POINT, CONTACT, NOTCH, INPUT, BODY, LOOP, NREADABLE };
+enum { REACTION_OF_JOINT = 3 }; /* choice of a joint */
 
 /** Names of all things of one kind, for finding one by name. */
 static const char *name_of(const mechanism *m, int kind, int i)
@@ -33,6 +35,7 @@ static const char *name_of(const mechanism *m, int kind, int i)
     case POINT: return i < m->npoint ? m->points[i].name : NULL;
     case CONTACT: return i < m->ncontact ? m->contacts[i].name : NULL;
     case NOTCH: return i < m->nnotch ? m->notches[i].name : NULL;
+    case LOOP: return i < m->nloop ? m->loops[i].name : NULL;
     default: return i < m->ninput ? m->inputs[i].name : NULL;
     }
 }
@@ -41,6 +44,9 @@ const char *mech_target(const mechanism *m, const mech_channel *c)
 {
     int kind = NREADABLE - 1;
 
+    if (c->read == STEIN_READ_REACTION) {
+        return name_of(m, c->loop ? LOOP : BODY, c->index);
+    }
     if (c->read == STEIN_READ_KINETIC || c->read == STEIN_READ_POTENTIAL) {
         return "";
     }
@@ -157,12 +163,23 @@ static const char *joint_unit(const mechanism *m, int index, const char *const t
     return m->bodies[index].type == 'R' ? turning[which] : sliding[which];
 }
 
+static const char *reaction_unit(const mechanism *m, const mech_channel *c)
+{
+    int couples = c->loop && m->loops[c->index].kind == MECH_COUPLING;
+    int turns = couples && m->bodies[m->loops[c->index].index[0]].type == 'R';
+    int moment = c->component == STEIN_MOMENT_SIZE ||
+                 (c->component >= STEIN_MOMENT_X && c->component <= STEIN_MOMENT_Z);
+
+    return turns || moment ? "N m" : "N";
+}
+
 static const char *channel_unit(const mechanism *m, const mech_channel *c)
 {
     static const char *const turning[] = {"rad", "rad/s", "rad/s^2"};
     static const char *const sliding[] = {"m", "m/s", "m/s^2"};
 
     switch (c->read) {
+    case STEIN_READ_REACTION: return reaction_unit(m, c);
     case STEIN_READ_POSITION:
     case STEIN_READ_SPEED:
     case STEIN_READ_ACCELERATION:
@@ -195,20 +212,67 @@ static int read_energy(mech__reader *rd, mech_channel *c, const mech__node *entr
     return choice < 0 ? -1 : 0;
 }
 
+/** Which part of what a joint or a loop transmits: the size of the force, if nothing is said.
+ *  @return 0 when it is known */
+static int read_reaction(mech__reader *rd, mech_channel *c, const mech__node *entry)
+{
+    const mech__node *part = mech__get(entry, "component"), *axes = mech__get(entry, "axes");
+    int couples = c->loop && rd->m->loops[c->index].kind == MECH_COUPLING;
+
+    c->component = STEIN_FORCE_SIZE;
+    c->axes = -1;
+    if (!c->loop && rd->m->bodies[c->index].type == MECH__FIXED) {
+        mech__problem_at(rd, mech__get(entry, "joint"), "%s is fixed, expected a body with a joint",
+                         rd->m->bodies[c->index].name);
+        return -1;
+    }
+    if (couples) {
+        c->component = STEIN_FORCE_X;
+        if (part || axes) {
+            mech__problem_at(rd, part ? part : axes,
+                             "the coupling %s has one force, that on the joint that follows, "
+                             "expected neither component nor axes",
+                             rd->m->loops[c->index].name);
+        }
+        return part || axes ? -1 : 0;
+    }
+    if (part) {
+        c->component = mech__choice(rd, part, "component", "fx fy fz mx my mz force moment");
+    }
+    if (axes && c->component >= STEIN_FORCE_SIZE) {
+        mech__problem_at(rd, axes, "a size has no axes, expected component: fx fy fz mx my mz");
+        return -1;
+    }
+    return c->component < 0 || (axes && mech__body_ref(rd, axes, 1, &c->axes)) ? -1 : 0;
+}
+
+/** Of what a joint's reading is: a ball, too, transmits a force. */
+static int find_joint(mech__reader *rd, const mech__node *node, int reaction)
+{
+    int body;
+
+    if (!reaction) {
+        return find_thing(rd, node, JOINT);
+    }
+    return mech__body_ref(rd, node, 0, &body) ? -1 : body;
+}
+
 /** What a channel reads, and of which thing. @return 0 when both are known */
 static int read_source(mech__reader *rd, mech_channel *c, const mech__node *entry)
 {
     static const char *const keys[] = {"joint", "point", "contact", "notch",
-                                       "input", "body",  "energy"};
+                                       "input", "body",  "loop",    "energy"};
     int kind = only_one(rd, entry, keys, NREADABLE + 1,
                         "an output needs exactly one of joint, "
-                        "point, contact, notch, input, body, energy");
+                        "point, contact, notch, input, body, loop, energy");
 
     if (kind == NREADABLE) {
         return read_energy(rd, c, entry);
     }
     mech__keys(rd, entry, "an output",
-               "joint point contact notch input body energy read sign zero sensor");
+               kind == JOINT || kind == LOOP
+                   ? "joint loop read component axes sign zero sensor"
+                   : "joint point contact notch input body loop energy read sign zero sensor");
     if (kind < 0) {
         return -1;
     }
@@ -216,9 +280,20 @@ static int read_source(mech__reader *rd, mech_channel *c, const mech__node *entr
     const mech__node *read = mech__need(rd, entry, "read", "an output");
     int choice = read ? mech__choice(rd, read, r->what, r->choices) : -1;
 
-    c->index = find_thing(rd, mech__get(entry, r->key), kind);
-    c->read = r->first + choice;
+    int reaction = kind == LOOP || (kind == JOINT && choice == REACTION_OF_JOINT);
+    const mech__node *of = mech__get(entry, r->key);
+    c->index = kind == JOINT ? find_joint(rd, of, reaction) : find_thing(rd, of, kind);
+    c->read = reaction ? STEIN_READ_REACTION : r->first + choice;
+    c->loop = kind == LOOP;
     if (choice < 0 || c->index < 0) {
+        return -1;
+    }
+    if (reaction) {
+        return read_reaction(rd, c, entry);
+    }
+    if (mech__get(entry, "component") || mech__get(entry, "axes")) {
+        mech__problem_at(rd, mech__get(entry, mech__get(entry, "axes") ? "axes" : "component"),
+                         "belongs to read: reaction");
         return -1;
     }
     if (c->read == STEIN_READ_INPUT_FORCE && rd->m->inputs[c->index].kind != STEIN_INPUT_MOTION) {
@@ -345,11 +420,6 @@ static void read_simulation(mech__reader *rd)
     }
     if (settle) {
         m->settle = mech__choice(rd, settle, "answer", "no yes false true") % 2 == 1;
-        if (m->settle && m->nloop > 0) {
-            mech__problem_at(rd, settle,
-                             "no equilibrium is looked for in a mechanism with loops or "
-                             "couplings, expected settle: no");
-        }
         for (int i = 0; m->settle && i < m->nbody; i++) {
             if (m->bodies[i].ball == 1) {
                 mech__problem_at(rd, settle,

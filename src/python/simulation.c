@@ -538,6 +538,7 @@ static PyObject *sim_energy(PyObject *self, PyObject *none)
 static PyMethodDef sim_methods[] = {
     {"reset", sim_reset, METH_NOARGS,
      "reset()\n\nBack to t = 0: the initial values of the file, or static equilibrium."},
+    {"lift", py__lift, METH_NOARGS, "lift()\n\nTake the free load away."},
     {"settle", sim_settle, METH_NOARGS,
      "settle()\n\nThe static equilibrium next to the present positions."},
     {"step", sim_step, METH_VARARGS,
@@ -563,6 +564,7 @@ static PyMethodDef sim_methods[] = {
     {"_mass_bias", py__mass_bias, METH_VARARGS, NULL},
     {"_point", py__point, METH_VARARGS, NULL},
     {"_derivatives", py__derivatives, METH_VARARGS, NULL},
+    {"_linearise", py__linearise, METH_NOARGS, NULL},
     {"_set_state", sim_set_state, METH_VARARGS, NULL},
     {"_save", sim_save, METH_NOARGS, NULL},
     {"_restore", sim_restore, METH_VARARGS, NULL},

@@ -55,6 +55,7 @@ double *py__read_state(py__simulation *s, PyObject *const given[3]);
 
 /* methods */
 PyObject *py__run(PyObject *self, PyObject *args);
+PyObject *py__lift(PyObject *self, PyObject *none);
 PyObject *py__drive_input(PyObject *self, PyObject *args);
 PyObject *py__drive_file(PyObject *self, PyObject *args);
 PyObject *py__on_force(PyObject *self, PyObject *function);
@@ -63,5 +64,6 @@ PyObject *py__inverse(PyObject *self, PyObject *args);
 PyObject *py__acceleration(PyObject *self, PyObject *args);
 PyObject *py__point(PyObject *self, PyObject *args);
 PyObject *py__derivatives(PyObject *self, PyObject *args);
+PyObject *py__linearise(PyObject *self, PyObject *none);
 
 #endif

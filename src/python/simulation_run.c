@@ -269,3 +269,16 @@ PyObject *py__run(PyObject *self, PyObject *args)
     }
     return result;
 }
+
+/* lift(): the free load is taken away */
+PyObject *py__lift(PyObject *self, PyObject *none)
+{
+    py__simulation *s = (py__simulation *)self;
+    const stein_err err = {STEIN_OK, ""};
+    (void)none;
+    if (!py__enter(s)) {
+        return NULL;
+    }
+    stein_load_lift(s->sim);
+    return py__none_after(s, STEIN_OK, &err);
+}

@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Expressions for SymPy, sensitivities, forces of one's own."""
 import copy
+import json
 import os
 import pickle
 
 import numpy
 import pytest
 import stein
-from conftest import ACTION, PENDULUM, ROOT
+from conftest import ACTION, PENDULUM, ROOT, command
 
 PIANO_TREE = os.path.join(ROOT, "models", "robotran", "piano_tree.yaml")
 DOUBLE = os.path.join(ROOT, "models", "double_pendulum.yaml")
@@ -132,3 +133,39 @@ def test_what_is_too_long_for_sympy_is_refused(tmp_path):
     assert len(m.sympy("V")) < 20000
     with pytest.raises(stein.EquationsError, match="M of chain is longer than 4 MB"):
         m.sympy("M")
+
+
+def test_a_linear_system_is_that_of_the_command():
+    m = stein.load(ACTION)
+    m.lift()
+    m.settle()
+    before, here = m.state, m.linearise()
+    assert m.state == before
+    there = json.loads(command("linearise", ACTION, "--json"))
+    for word in "ABCD":
+        assert numpy.array_equal(getattr(here, word), numpy.array(there[word])), word
+    assert list(here.inputs) == [i["name"] for i in there["inputs"]] == ["finger"]
+    assert list(here.states) == [s["name"] for s in there["states"]]
+    assert [mode.frequency for mode in here.modes] == [mode["frequency"] for mode in there["modes"]]
+    assert here.exact and here.why is None and here.error == 0.0 and not here.edges
+    assert [o["name"] for o in there["outputs"] if not o["exact"]] == list(here.inexact)
+    expected = numpy.linalg.eigvals(here.A)
+    found = numpy.array([m.eigenvalue for m in here.modes])
+    assert sorted(abs(expected)) == pytest.approx(sorted(abs(numpy.concatenate([found, found]))))
+    for mode in here.modes:
+        z = numpy.array(mode.shape)
+        x = numpy.concatenate([z, mode.eigenvalue * z])
+        assert abs(here.A @ x - mode.eigenvalue * x).max() <= 1e-9 * abs(here.A).max()
+
+
+def test_a_state_that_is_no_equilibrium_is_an_error():
+    m = stein.load(PENDULUM)
+    with pytest.raises(stein.NumericalError, match='"rod" accelerates with -20.9'):
+        m.linearise()
+    m.settle()
+    assert m.linearise().modes[0].frequency == pytest.approx(1.03)
+    loop = stein.load(os.path.join(ROOT, "models", "four_bar.yaml"))
+    loop.settle()
+    here = loop.linearise()
+    assert not here.exact and "loops" in here.why and here.error < 1e-10
+    assert here.T.shape == (3, 1) and here.coordinates == ("crank",) and here.free == 1

@@ -100,7 +100,7 @@ const effect_kind effect_kinds[] = {
      BODIES,
      1,
      1,
-     "x",
+     "shift",
      "m",
      {5e-3, 3e-3, 2e-3},
      {{0}},

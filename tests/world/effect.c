@@ -28,7 +28,7 @@ const kind kinds[] = {
     {"stiction_peak", MISSING, "B1", 'j', J_B1, J_B2, 0, 0},
     {"mass", WRONG, "mass", 'b', 0, -1, 1, 0},
     {"inertia", WRONG, "inertia", 'b', 1, -1, 1, 0},
-    {"centre", WRONG, "x", 'b', 2, -1, 1, 0},
+    {"centre", WRONG, "shift", 'b', 2, -1, 1, 0},
     {"elastic_hinge", MISSING, "compliance", 'x', STRUCTURE_HINGE, -1, 0, 0},
     {"axis_translation", MISSING, "compliance", 'x', STRUCTURE_AXIS, -1, 0, 0},
     {"compliant_partner", MISSING, "compliance", 'x', STRUCTURE_PARTNER, -1, 0, 0},
@@ -108,13 +108,30 @@ static int add_joints(const mech *m, const extent *x, const kind *k, effect *out
     return n;
 }
 
+/* the coordinate of a centre that the effect "centre" is of: x, unless z is ten times as long */
+static int along(const mech *m, const body *B)
+{
+    int x = B->centre[0], z = B->centre[2];
+    double length = x >= 0 ? 10.0 * fabs(m->number[x].value) : 0.0;
+    return z >= 0 && fabs(m->number[z].value) > length ? z : x;
+}
+
+static int is_along(const mech *m, int i)
+{
+    int found = 0;
+    for (int b = 0; b < m->nbody; b++) {
+        found |= along(m, &m->body[b]) == i;
+    }
+    return found;
+}
+
 /* numbers of the file that may be others: masses, inertias, and lengths for wrong_parameter */
 static int add_numbers(const mech *m, const kind *k, effect *out, int most)
 {
     int n = 0;
     for (int b = 0; k->site == 'b' && b < m->nbody && n < most; b++) {
         const body *B = &m->body[b];
-        int at = k->offset == 0 ? B->mass : k->offset == 1 ? B->inertia[1] : B->centre[0];
+        int at = k->offset == 0 ? B->mass : k->offset == 1 ? B->inertia[1] : along(m, B);
         if (at >= 0 && !(k->offset == 1 && B->inertia[0] >= 0)) {
             out[n] = (effect){.kind = k, .index = at, .limit = 0.6 * m->number[at].value};
             out[n].unit = m->number[at].unit;
@@ -125,9 +142,9 @@ static int add_numbers(const mech *m, const kind *k, effect *out, int most)
         const number *N = &m->number[i];
         int length = N->stated && N->sd > 0.0 && strcmp(N->unit, "m") == 0;
         int of_link = strstr(N->name, "spring.") == N->name;
-        // the height of a line is called its contact's gap, a centre along x centre
+        // the height of a line is called its contact's gap, a centre along its body centre
         if ((length || of_link) && N->stated && strstr(N->name, ".line.") == NULL &&
-            strstr(N->name, ".centre.x") == NULL) {
+            !is_along(m, i)) {
             out[n] =
                 (effect){.kind = k, .index = i, .limit = 0.5 * fabs(N->value), .unit = N->unit};
             place_it(&out[n++], N->name);

@@ -40,6 +40,7 @@ void lab_data_close(lab_data *data)
     free(out->file);
     free(out->source);
     free(out->text);
+    free(out->passed_over);
     free(out);
 }
 
@@ -210,6 +211,9 @@ static void row_line(data__reader *r, const char *text, size_t size)
     if (n == r->ntitle && is_empty(cell, n)) { // what a spreadsheet adds
         return;
     }
+    if (r->rows == 0 && data__unit_line(r, cell, n)) {
+        return;
+    }
     if (n != r->ntitle) {
         ragged(r, text, size, cell, n);
     } else if (r->alone || read_time(r, text, cell[r->time_at], &time)) {
@@ -232,41 +236,66 @@ static int is_row(const data__reader *r, const char *text, size_t size)
     return n > 0 && data__number(cell[0], 0, r->c, &point, &value) == NULL;
 }
 
-/* is this "#" line a header? it begins with the time and has other columns, or with times of events
- */
-static int is_header(const data__reader *r, const lab_note *note)
+/* "#" line with the titles, numpy.savetxt writes so: the time and others, or times of events */
+static int is_note_header(const data__reader *r, const lab_note *note)
 {
+    size_t size = strlen(note->value);
     data__cell cell[DATA_COLUMNS + 1];
     char name[DATA_SHOWN], unit[DATA_SHOWN];
-    const char *text = note->value;
-    size_t size = strlen(text);
-    int n = *note->name == '\0' ? data__cells(text, size, data__separator(text, size), cell) : 0;
-    return n > 0 && data__cut_title(r->model, cell[0], name, unit) >= 0 &&
-           ((n > 1 && data__is_time(r->model, name)) || data__events_of(r, name) != NULL);
+    int n = data__cells(note->value, size, data__separator(note->value, size), cell);
+    if (*note->name != '\0' || n < 1 || !data__is_header(r, note->value, size)) {
+        return 0;
+    }
+    data__cut_title(r->model, cell[0], name, unit);
+    return n > 1 || !data__is_time(r->model, name);
 }
 
-/* The header, or the first row below a header that is the last "#" line: numpy.savetxt writes so.
+static void keep_above(data__reader *r, const char *text, size_t size)
+{
+    free(r->above);
+    r->above = lab__text("%.*s", (int)size, text);
+    r->problems.nomem |= r->above == NULL;
+    r->above_line = r->lines.line;
+    r->nabove++;
+}
+
+/* A row, and no header yet: it is the last "#" line, or what stands above the row was meant as one.
  */
-static void header_line(data__reader *r, const char *text, size_t size)
+static void late_header(data__reader *r, const char *text, size_t size)
 {
     lab_note *last = r->out->data.nnote > 0 ? &r->out->note[r->out->data.nnote - 1] : NULL;
-    if (!is_row(r, text, size)) {
-        data__header_line(r, r->lines.line, text, size);
-        data__settle_columns(r);
-    } else if (last == NULL || !is_header(r, last)) {
+    if (r->above != NULL) {
+        data__header_line(r, r->above_line, r->above, strlen(r->above));
+    } else if (last != NULL && is_note_header(r, last)) {
+        data__header_line(r, last->line, last->value, strlen(last->value));
+        free((void *)last->name);
+        free((void *)last->value);
+        r->out->data.nnote--;
+    } else {
         data__problem(&r->problems, 0, r->lines.line, 1,
                       "numbers where the titles of the columns should be, expected "
                       "\"time [s],...\" above the first row");
         r->stop = 1;
-    } else {
-        data__header_line(r, last->line, last->value, strlen(last->value));
+        return;
+    }
+    data__settle_columns(r);
+    if (r->ntitle > 0 && !r->stop) {
+        row_line(r, text, size);
+    }
+}
+
+/* Lines above the titles that are neither titles nor numbers - the name of what was tracked, of an
+ * instrument, a date - are passed over. */
+static void header_line(data__reader *r, const char *text, size_t size)
+{
+    enum { MOST_ABOVE = 100 };
+    if (is_row(r, text, size) || r->nabove == MOST_ABOVE) {
+        late_header(r, text, size);
+    } else if (data__is_header(r, text, size)) {
+        data__header_line(r, r->lines.line, text, size);
         data__settle_columns(r);
-        if (r->ntitle > 0 && !r->stop) {
-            row_line(r, text, size);
-        }
-        free((void *)last->name);
-        free((void *)last->value);
-        r->out->data.nnote--;
+    } else {
+        keep_above(r, text, size);
     }
 }
 
@@ -328,7 +357,7 @@ static void check_columns(data__reader *r)
         data__problem(&r->problems, 0, r->header_line, 1, "no rows below the header");
         return;
     }
-    if (r->ntitle == r->time_at + 1 && !r->options->inputs_only) {
+    if (r->out->data.ncolumn == 0 && r->problems.n == 0 && !r->options->inputs_only) {
         data__problem(&r->problems, 0, r->header_line, 1, "no columns beside the time");
     }
     if (r->rows < least && !r->alone) {
@@ -368,6 +397,7 @@ void data__hand_over(data__file *out)
     out->data.file = out->file;
     out->data.source = out->source;
     out->data.text = out->text;
+    out->data.passed_over = out->passed_over;
 }
 
 /* cut the columns to their length and hand them to the public part */
@@ -474,6 +504,7 @@ static stein_status open_one(lab_data **data, const char *file, const char *text
         lab_data_close(&r.out->data);
     }
     free(r.title);
+    free(r.above);
     if (r.c != (locale_t)0) {
         freelocale(r.c);
     }

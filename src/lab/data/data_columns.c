@@ -25,8 +25,8 @@ static lab_column *column_named(data__reader *r, const char *name)
 /* is there such a title, of a column that was refused? that has been told */
 static int is_refused(const data__reader *r, const char *name)
 {
-    for (int k = r->time_at + 1; k < r->ntitle; k++) {
-        if (!r->title[k].known && strcmp(r->title[k].name, name) == 0) {
+    for (int k = 0; k < r->ntitle; k++) {
+        if (k != r->time_at && !r->title[k].known && strcmp(r->title[k].name, name) == 0) {
             return 1;
         }
     }

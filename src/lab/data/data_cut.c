@@ -175,7 +175,8 @@ static int row_of(const lab_data *d, int k, int n)
 static int windows_of(const lab_data *d, double length, int least)
 {
     double lasts = d->time[d->nrow - 1] - d->time[0];
-    double n = fmin(ceil(lasts / length - 1e-9), d->nrow / least);
+    int most = d->nrow / least;
+    double n = fmin(ceil(lasts / length - 1e-9), most);
     return n > 1.0 && data__can_cut(d) ? (int)n : 1;
 }
 

@@ -128,10 +128,12 @@ void data__add_events(data__reader *r, data__title *t, const data__about *about)
                                          .unit_assumed = !t->has_unit};
 }
 
-/* Is this column, the first one, an index? */
-static int is_index(const data__reader *r, const data__title *t)
+/* Is this column, without a time, to be left out: the first one as an index, one that the model
+ * lacks? */
+static int is_left_out(data__reader *r, const data__title *t)
 {
-    return t == r->title && r->ntitle > 1 && data__wanted_unit(r->model, t->name) == NULL;
+    int index = t == r->title && r->ntitle > 1;
+    return data__wanted_unit(r->model, t->name) == NULL && (index || data__pass_over(r, t));
 }
 
 static void add_alone(data__reader *r)
@@ -146,11 +148,11 @@ static void add_alone(data__reader *r)
         }
         if (about != NULL) {
             data__add_events(r, t, about);
-        } else if (!is_index(r, t)) {
+        } else if (!is_left_out(r, t)) {
             data__problem(
                 &r->problems, 0, r->header_line, t->at,
                 "\"%s\" holds no times of events (# events), and without a time there are "
-                "no samples: expected \"time [s]\" as the first column",
+                "no samples: expected a column \"time [s]\"",
                 t->name);
         }
     }
@@ -169,7 +171,7 @@ int data__event_titles(data__reader *r)
     }
     for (int k = 0; k < r->ntitle; k++) {
         any |= data__events_of(r, r->title[k].name) != NULL;
-        time |= k < 2 && data__is_time(r->model, r->title[k].name);
+        time |= data__is_time(r->model, r->title[k].name);
     }
     if (any && !time) {
         add_alone(r);

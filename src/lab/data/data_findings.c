@@ -243,6 +243,10 @@ static void tell_assumed(lab_audit *a, int *nomem)
 void data__findings(lab_audit *a, int *nomem)
 {
     tell_assumed(a, nomem);
+    if (a->data->passed_over != NULL) {
+        data__finding(a, nomem, "columns that are no output or input of \"%s\", passed over: %s",
+                      a->data->model->name, a->data->passed_over);
+    }
     judge_time(a, nomem);
     for (int k = 0; k < a->data->ncolumn; k++) {
         judge_channel(a, k, nomem);

@@ -345,12 +345,46 @@ static void add_time(data__reader *r, data__title *t)
     fit_unit(r, t, "s");
 }
 
+/* a column that the model does not know: what a log has besides. A name that looks like one of the
+ * model's which no column has is a slip instead. */
+static int is_passed_over(const data__reader *r, const data__title *t)
+{
+    const stein_model *m = r->model;
+    mech__nearest near = {t->name, NULL, 0};
+    int known = 0;
+    for (int i = 1; i < m->nchannel + m->ninput; i++) { // 0 is the time
+        mech__offer(&near, i < m->nchannel ? m->channels[i].name : m->inputs[i - m->nchannel].name);
+    }
+    for (int k = 0; k < r->ntitle; k++) {
+        const char *name = r->title[k].name;
+        known += k != r->time_at && data__wanted_unit(m, name) != NULL;
+        near.best = near.best != NULL && strcmp(near.best, name) == 0 ? NULL : near.best;
+    }
+    return known > 0 && near.best == NULL;
+}
+
+int data__pass_over(data__reader *r, const data__title *t)
+{
+    if (!is_passed_over(r, t) || *t->name == '\0') {
+        return is_passed_over(r, t);
+    }
+    char *list = r->out->passed_over == NULL ? lab__text("%s", t->name)
+                                             : lab__text("%s, %s", r->out->passed_over, t->name);
+    free(r->out->passed_over);
+    r->out->passed_over = list;
+    r->problems.nomem |= list == NULL;
+    return 1;
+}
+
 static void add_channel(data__reader *r, data__title *t)
 {
     const stein_model *m = r->model;
     int input = stein_find_input(m, t->name);
     int channel = input < 0 ? stein_find_channel(m, t->name) : -1;
     char hint[MECH_PATH + 32];
+    if (input < 0 && channel < 0 && data__pass_over(r, t)) {
+        return;
+    }
     if (input < 0 && channel < 0) {
         data__problem(&r->problems, 0, r->header_line, t->at,
                       "\"%s\" is no output or input of "
@@ -381,9 +415,10 @@ static int is_foreign(data__reader *r)
     const stein_model *m = r->model;
     char has[200] = "";
     int known = 0, named = 0;
-    for (int k = r->time_at + 1; k < r->ntitle; k++) {
-        known += data__wanted_unit(m, r->title[k].name) != NULL;
-        named += *r->title[k].name != '\0';
+    int first = r->time_at == 0;
+    for (int k = 0; k < r->ntitle; k++) {
+        known += k != r->time_at && data__wanted_unit(m, r->title[k].name) != NULL;
+        named += k != r->time_at && *r->title[k].name != '\0';
     }
     if (known > 0 || named < 2 || r->options->inputs_only ||
         !data__is_time(m, r->title[r->time_at].name)) {
@@ -393,10 +428,10 @@ static int is_foreign(data__reader *r)
         size_t n = strlen(has);
         snprintf(has + n, sizeof has - n, "%s%s", i > 1 ? ", " : "", m->channels[i].name);
     }
-    data__problem(&r->problems, 0, r->header_line, r->title[r->time_at + 1].at,
+    data__problem(&r->problems, 0, r->header_line, r->title[first].at,
                   "none of the %d columns from \"%s\" on is an output or input of \"%s\": a record "
                   "of another mechanism? expected some of %s",
-                  named, r->title[r->time_at + 1].name, m->name, has);
+                  named, r->title[first].name, m->name, has);
     return 1;
 }
 
@@ -406,7 +441,9 @@ static void add_title(data__reader *r, int k)
     int used = !r->options->inputs_only || stein_find_input(r->model, t->name) >= 0;
     if (k == r->time_at) {
         add_time(r, t);
-    } else if (used && *t->name == '\0') {
+    } else if (*t->name == '\0' && (!used || k < r->time_at || data__pass_over(r, t))) {
+        return; // an index, or what a spreadsheet adds at the end
+    } else if (*t->name == '\0') {
         data__problem(&r->problems, 0, r->header_line, t->at, "column %d has no name", k + 1);
     } else if (used && !data__is_repeated(r, t)) {
         const data__about *events = data__events_of(r, t->name);
@@ -418,26 +455,82 @@ static void add_title(data__reader *r, int k)
     }
 }
 
-/* A table that was written with an index has a column without a name in front of the time. */
 static void add_titles(data__reader *r, const char *text, const data__cell *cell, int n)
 {
+    int at = n;
     for (r->ntitle = 0; r->ntitle < n; r->ntitle++) {
         data__title *t = &r->title[r->ntitle];
         t->has_unit = data__cut_title(r->model, cell[r->ntitle], t->name, t->unit);
         t->at = data__column(text, cell[r->ntitle].at);
         t->factor = 1.0;
+        at = at == n && data__is_time(r->model, t->name) ? r->ntitle : at;
     }
-    r->time_at = n > 2 && *r->title[0].name == '\0' && data__is_time(r->model, r->title[1].name);
     if (data__event_titles(r)) {
         return;
     }
+    r->time_at = at < n ? at : 0;
     if (is_foreign(r)) {
         r->stop = 1;
         return;
     }
-    for (int k = r->time_at; k < n; k++) {
+    for (int k = 0; k < n; k++) {
         add_title(r, k);
     }
+}
+
+int data__is_header(const data__reader *r, const char *text, size_t size)
+{
+    data__cell cell[DATA_COLUMNS + 1];
+    char name[DATA_SHOWN], unit[DATA_SHOWN];
+    int n = data__cells(text, size, data__separator(text, size), cell), k = 0;
+    while (k < n && k < DATA_COLUMNS &&
+           (data__cut_title(r->model, cell[k], name, unit) < 0 ||
+            (!data__is_time(r->model, name) && data__events_of(r, name) == NULL))) {
+        k++;
+    }
+    return k < n && k < DATA_COLUMNS;
+}
+
+/* the column whose cell is a unit of time in a row of units: that of the time, or the first one
+ * with times of events; -1: it states its unit */
+static int timed_column(const data__reader *r)
+{
+    int k = r->alone ? 0 : r->time_at;
+    while (r->alone && k < r->ntitle && !r->title[k].known) {
+        k++;
+    }
+    return k < r->ntitle && r->title[k].has_unit == 0 ? k : -1;
+}
+
+/* Is it a row of units below the titles? Then they are those of titles that state none. */
+int data__unit_line(data__reader *r, const data__cell *cell, int n)
+{
+    char unit[DATA_SHOWN];
+    int exp10, timed = timed_column(r);
+    double factor;
+    if (n != r->ntitle || timed < 0) {
+        return 0;
+    }
+    data__cut_unit(cell[timed], unit);
+    if (data__unit(unit, "s", &exp10, &factor) != 0) {
+        return 0;
+    }
+    for (int k = 0; k < n; k++) {
+        data__title *t = &r->title[k];
+        lab_column *c = t->known ? &r->out->column[t->to] : NULL;
+        if ((c == NULL && k != r->time_at) || t->has_unit != 0 || cell[k].n == 0) {
+            continue;
+        }
+        data__cut_unit(cell[k], t->unit);
+        t->has_unit = 1;
+        fit_unit(r, t, c != NULL ? c->unit : "s");
+        if (c != NULL) {
+            c->unit_assumed = 0;
+        } else {
+            r->out->data.time_unit_assumed = 0;
+        }
+    }
+    return 1;
 }
 
 void data__header_line(data__reader *r, int line, const char *text, size_t size)

@@ -82,7 +82,8 @@ typedef struct data__cell {
     size_t n;
     int at; /* byte in the line */
 } data__cell;
-/** What separates the titles of a header: a comma where there is one, else a semicolon, a tab. */
+/** What separates the titles of a header: a comma where there is one, else a semicolon, a tab,
+ *  else blanks (' '). */
 char data__separator(const char *text, size_t size);
 /** Cut a line at its separators. @return cells (DATA_COLUMNS + 1: more than that), or -1 - the byte
  *  where quotes do not close */
@@ -102,11 +103,14 @@ double data__last_digit(data__cell cell, int exp10, char point);
 /** A unit against the one of the model: the number in the file times 10^exp10 * factor is SI.
  *  @return 0; 1 another quantity, 2 no unit at all */
 int data__unit(const char *unit, const char *wanted, int *exp10, double *factor);
-/** A title cut in two: "name [unit]", "name (unit)", or "name_unit" where only the name without the
- *  suffix is `time`, a channel or an input of the model.
+/** A title cut in two: "name [unit]", "name (unit)", "name / unit", "name, unit", or "name_unit"
+ *  where only the name without the suffix is `time`, a channel or an input of the model. A name
+ * that is the model's but for upper and lower case gets its spelling.
  *  @return 1 with a unit, 0 without, -1 the bracket does not close */
 int data__cut_title(const stein_model *m, data__cell cell, char name[], char unit[]);
-/** Is it the title of the time: "time" in any case, or "t"? */
+/** A cell that is a unit alone, in brackets or without. @param unit  out [DATA_SHOWN] */
+void data__cut_unit(data__cell cell, char unit[]);
+/** Is it the title of the time: "time", "timestamp", "seconds" in any case, or "t"? */
 int data__is_time(const stein_model *m, const char *name);
 /** Unit of the model for a name; NULL: neither the time nor a channel or input. */
 const char *data__wanted_unit(const stein_model *m, const char *name);
@@ -127,6 +131,7 @@ int data__has_last_word(const stein_model *m, const char *param);
 typedef struct data__file {
     lab_data data;
     char *file, *source, *text; /* text NULL: it was read from the file */
+    char *passed_over;          /* titles of columns that the model does not know; NULL: none */
     double *time;
     lab_column *column; /* [DATA_COLUMNS]; without the time */
     lab_setting *set;
@@ -177,8 +182,10 @@ typedef struct data__reader {
     data__title *title;   /* [ntitle] */
     int ntitle, header_line;
     char separator, point; /* of cells; of decimals, 0: not seen yet */
-    int time_at; /* column of the time: 0, or 1 behind an index without a name; -1: none */
-    int alone;   /* 1: there is no time, only times of events; time_at is -1 */
+    int time_at;           /* column of the time; -1: none */
+    int alone;             /* 1: there is no time, only times of events; time_at is -1 */
+    char *above;           /* the last line above the rows that is no header; NULL: none */
+    int above_line, nabove;
     int trigger_line, notes;
     data__about *about; /* [nabout] */
     int nabout;
@@ -196,6 +203,13 @@ int data__is_repeated(data__reader *r, const data__title *t);
 void data__note_line(data__reader *r, const char *text, size_t size);
 /** @param line  of the file */
 void data__header_line(data__reader *r, int line, const char *text, size_t size);
+/** Is one of its cells the title of the time, or of times of events? */
+int data__is_header(const data__reader *r, const char *text, size_t size);
+/** Units in a line of their own below the titles. @return 0: it is none */
+int data__unit_line(data__reader *r, const data__cell *cell, int n);
+/** Does a column have nothing to do with the model? It is kept in mind, the audit tells it.
+ *  @return 0: it may be a slip */
+int data__pass_over(data__reader *r, const data__title *t);
 
 /* ---- data_events.c ---- */
 

@@ -213,7 +213,28 @@ int data__column(const char *text, int at)
 
 static int is_blank(char c, char separator)
 {
-    return (c == ' ' || c == '\t' || c == '\r') && c != separator;
+    return (c == ' ' || c == '\t' || c == '\r') && (c != separator || separator == ' ');
+}
+
+/* End of a cell that begins at byte `at` where blanks separate. Those in front of and inside of a
+ * bracket belong to a unit: "time [s]  angle [mm / s]" are two cells, and so are "t / s  x / mm".
+ */
+static int before_blanks(const char *text, int size, int at)
+{
+    int open = 0, i = at;
+    while (i < size) {
+        int next = i;
+        while (next < size && is_blank(text[next], ' ')) {
+            next++;
+        }
+        if (next > i && next < size && i > at && open <= 0 && text[i - 1] != '/' &&
+            text[next] != '[' && text[next] != '(' && text[next] != '/') {
+            return i;
+        }
+        open += (text[i] == '[' || text[i] == '(') - (text[i] == ']' || text[i] == ')');
+        i = next > i ? next : i + 1;
+    }
+    return size;
 }
 
 char data__separator(const char *text, size_t size)
@@ -227,10 +248,11 @@ char data__separator(const char *text, size_t size)
         semicolon |= !quoted && text[i] == ';';
         tab |= !quoted && text[i] == '\t';
     }
-    if (semicolon) {
-        return ';';
+    if (semicolon || tab) {
+        return (char)(semicolon ? ';' : '\t');
     }
-    return (char)(tab ? '\t' : ',');
+    data__cell cell[DATA_COLUMNS + 1];
+    return (char)(data__cells(text, size, ' ', cell) > 1 ? ' ' : ',');
 }
 
 /* cell at byte `at`, to its separator or the end; @return the byte after it, or -1 */
@@ -243,13 +265,19 @@ static int cell_at(const char *text, int size, int at, char separator, data__cel
         const char *shut = memchr(text + at + 1, '"', (size_t)(size - at - 1));
         int end = shut == NULL ? size : (int)(shut - text) + 1;
         *cell = (data__cell){text + at + 1, (size_t)(end - at - 2), at};
-        while (shut != NULL && end < size && is_blank(text[end], separator)) {
+        while (shut != NULL && separator != ' ' && end < size && is_blank(text[end], separator)) {
             end++;
         }
         return shut == NULL || (end < size && text[end] != separator) ? -1 : end;
     }
-    const char *next = memchr(text + at, separator, (size_t)(size - at));
-    int end = next != NULL ? (int)(next - text) : size, n = end - at;
+    int end = size;
+    if (separator == ' ') {
+        end = before_blanks(text, size, at);
+    } else if (at < size) {
+        const char *next = memchr(text + at, separator, (size_t)(size - at));
+        end = next != NULL ? (int)(next - text) : size;
+    }
+    int n = end - at;
     while (n > 0 && is_blank(text[at + n - 1], separator)) {
         n--;
     }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * data_titles.c - a title of a column: its name and its unit.
  *
- *      angle [deg]    angle (deg)    angle_deg    angle
+ *      angle [deg]    angle (deg)    angle / deg    angle, deg    angle_deg    angle
  *
  * A suffix counts as a unit only where the title as a whole is no name of the model and the title
  * without the suffix is one, so "key_m" stays the channel that is called so. An identifier has no
@@ -55,21 +55,55 @@ int data__unit(const char *unit, const char *wanted, int *exp10, double *factor)
 
 /* ---- names ---- */
 
+/* the same but for upper and lower case of ASCII? */
+static int is_alike(const char *a, const char *b)
+{
+    for (; *a != '\0' && *b != '\0'; a++, b++) {
+        int letter = (*a >= 'a' && *a <= 'z') || (*a >= 'A' && *a <= 'Z');
+        if (*a != *b && !(letter && (*a ^ *b) == 0x20)) {
+            return 0;
+        }
+    }
+    return *a == *b;
+}
+
 int data__is_time(const stein_model *m, const char *name)
 {
-    static const char lower[] = "time";
-    size_t same = 0;
-    while (same < 4 && (name[same] | 0x20) == lower[same]) {
-        same++;
+    static const char *const word[] = {"time", "timestamp", "seconds"};
+    if (stein_find_channel(m, name) > 0 || stein_find_input(m, name) >= 0) {
+        return 0;
     }
-    int is_t =
-        strcmp(name, "t") == 0 && stein_find_channel(m, name) < 0 && stein_find_input(m, name) < 0;
-    return (same == 4 && name[4] == '\0') || is_t;
+    for (size_t i = 0; i < sizeof word / sizeof *word; i++) {
+        if (is_alike(name, word[i])) {
+            return 1;
+        }
+    }
+    return strcmp(name, "t") == 0;
+}
+
+/* an output or input as the model spells it; where several differ by case only, the exact one */
+static const char *spelled(const stein_model *m, const char *name)
+{
+    const char *found = NULL;
+    int n = 0;
+    if (stein_find_channel(m, name) >= 0 || stein_find_input(m, name) >= 0) {
+        return name;
+    }
+    for (int i = 1; i < m->nchannel + m->ninput; i++) { // 0 is the time
+        const char *other = i < m->nchannel ? m->channels[i].name : m->inputs[i - m->nchannel].name;
+        if (is_alike(name, other)) {
+            n += found == NULL || strcmp(found, other) != 0;
+            found = other;
+        }
+    }
+    return n == 1 ? found : NULL;
 }
 
 const char *data__wanted_unit(const stein_model *m, const char *name)
 {
-    int input = stein_find_input(m, name), channel = stein_find_channel(m, name);
+    const char *own = spelled(m, name);
+    int input = own != NULL ? stein_find_input(m, own) : -1;
+    int channel = own != NULL ? stein_find_channel(m, own) : -1;
     return input >= 0               ? m->inputs[input].unit
            : channel >= 0           ? m->channels[channel].unit
            : data__is_time(m, name) ? "s"
@@ -148,6 +182,33 @@ static void trim(char to[DATA_SHOWN], const char *from, const char *end)
     data__shown(to, from, (size_t)(end - from));
 }
 
+void data__cut_unit(data__cell cell, char unit[])
+{
+    char inside[DATA_SHOWN];
+    const char *s = cell.s, *end = cell.s + cell.n;
+    int bracket = cell.n > 1 && ((*s == '[' && end[-1] == ']') || (*s == '(' && end[-1] == ')'));
+    trim(inside, s + bracket, end - bracket);
+    snprintf(unit, DATA_SHOWN, "%s", usual_unit(inside));
+}
+
+/* "angle / deg" and "angle, deg": what is behind the sign is the unit of a name in front of it */
+static int cut_sign(const stein_model *m, char *name, char *unit)
+{
+    char front[DATA_SHOWN], behind[DATA_SHOWN];
+    const char *sign = strpbrk(name, "/,");
+    if (sign == NULL) {
+        return 0;
+    }
+    trim(front, name, sign);
+    trim(behind, sign + 1, name + strlen(name));
+    if (data__wanted_unit(m, front) == NULL) {
+        return 0;
+    }
+    memcpy(name, front, DATA_SHOWN);
+    snprintf(unit, DATA_SHOWN, "%s", usual_unit(behind));
+    return 1;
+}
+
 int data__cut_title(const stein_model *m, data__cell cell, char name[], char unit[])
 {
     char inside[DATA_SHOWN];
@@ -155,8 +216,14 @@ int data__cut_title(const stein_model *m, data__cell cell, char name[], char uni
     open = open != NULL ? open : memchr(cell.s, '(', cell.n);
     trim(name, cell.s, open != NULL ? open : end);
     *unit = '\0';
+    int cut = open == NULL && data__wanted_unit(m, name) == NULL &&
+              (cut_sign(m, name, unit) || cut_suffix(m, name, unit));
+    const char *own = spelled(m, name);
+    if (own != NULL && own != name) {
+        snprintf(name, DATA_SHOWN, "%s", own);
+    }
     if (open == NULL) {
-        return data__wanted_unit(m, name) == NULL && cut_suffix(m, name, unit);
+        return cut;
     }
     const char *shut = memchr(open, *open == '[' ? ']' : ')', (size_t)(end - open));
     trim(inside, open + 1, shut != NULL ? shut : end);

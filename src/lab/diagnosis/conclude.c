@@ -223,9 +223,19 @@ static stein_status laws(diagnosis *d, stein_err *err)
         best->chi2_dof <= d->setting.most_noise) {
         diag__laws_drop(d->out);
         d->j.finding = DIAG_EXPLAINED;
-        diag__say(d->out, &d->j, &d->setting, d->suspicion);
+        diag__say(d->out, &d->j, &d->setting, "", d->suspicion);
     }
     return status;
+}
+
+/* "coulomb_friction at wheel": what explains most of the misfit where no cause is named */
+static const char *nearest(const diagnosis *d, char *to, size_t room)
+{
+    const diag__row *row = d->j.nearest >= 0 ? d->t.row[d->j.nearest] : NULL;
+    const lab_candidate *c = row != NULL ? diag__base(&d->q, row->h.cause[0]) : NULL;
+    snprintf(to, room, "%s%s%s", c != NULL ? c->effect->kind : "", c != NULL ? " at " : "",
+             c != NULL ? c->place : "");
+    return to;
 }
 
 static stein_status gains(diagnosis *d, stein_err *err)
@@ -313,7 +323,8 @@ stein_status diag__conclude(diagnosis *d, stein_err *err)
         status = status == STEIN_OK ? gains(d, err) : status;
     }
     if (status == STEIN_OK) {
-        diag__say(o, &d->j, &d->setting, d->suspicion);
+        char text[300];
+        diag__say(o, &d->j, &d->setting, nearest(d, text, sizeof text), d->suspicion);
         status = diag__name_odd_setting(d, err);
         if (diag__is_spent(&d->q)) {
             size_t n = strlen(o->reason);

@@ -237,14 +237,36 @@ static void add_joint(build *b, const lab_effect *e, int j)
     }
 }
 
+/* The coordinate of the centre along which the body extends: x, unless another one is ten times as
+ * long, as that of a rod that hangs. */
+static int along_body(const build *b, const char *name)
+{
+    static const double much = 10.0;
+    static const char *const other[] = {"centre.y", "centre.z"};
+    int best = find(b, name, "centre.x");
+    double length = best >= 0 ? much * fabs(b->p[best]) : 0.0;
+    for (int i = 0; i < 2; i++) {
+        int param = find(b, name, other[i]);
+        if (param >= 0 && fabs(b->p[param]) > length) {
+            best = param;
+            length = fabs(b->p[param]);
+        }
+    }
+    return best;
+}
+
 static void add_body(build *b, const lab_effect *e, int j)
 {
     static const char *const other[] = {"inertia.xx", "inertia.zz"};
-    lab_candidate *c = add_at(b, e, b->m->bodies[j].name);
-    int is_inertia = strcmp(e->kind, "inertia") == 0;
+    const char *name = b->m->bodies[j].name;
+    int is_inertia = strcmp(e->kind, "inertia") == 0, is_centre = strcmp(e->kind, "centre") == 0;
+    int centre = is_centre ? along_body(b, name) : -1;
+    lab_candidate *c = centre >= 0 ? add(b, e, name, centre)
+                       : is_centre ? NULL
+                                   : add_at(b, e, name);
     for (int i = 0; c == NULL && is_inertia && i < 2; i++) {
-        int param = find(b, b->m->bodies[j].name, other[i]);
-        c = param >= 0 ? add(b, e, b->m->bodies[j].name, param) : NULL;
+        int param = find(b, name, other[i]);
+        c = param >= 0 ? add(b, e, name, param) : NULL;
     }
     if (c == NULL) {
         return;

@@ -49,7 +49,7 @@ static const lab_effect effects[] = {
      "joint_stiffness hardening_spring", NULL, 0, 0},
     {"mass", WRONG, LAB_AT_BODY, "mass", "mass", NULL, "mass of the body",
      "all levels alike; weight and inertia together", "inertia centre unknown_load", NULL, 1, 0},
-    {"centre", WRONG, LAB_AT_BODY, "x", "centre.x", NULL, "centre of mass along the body",
+    {"centre", WRONG, LAB_AT_BODY, "shift", "centre.x", NULL, "centre of mass along the body",
      "all levels alike; slow phases most", "preload mass", NULL, 1, 0},
     {"inertia", WRONG, LAB_AT_BODY, "inertia", "inertia.yy", NULL,
      "moment of inertia about the centre", "all levels alike; fast phases most", "mass", NULL, 1,

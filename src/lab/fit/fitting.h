@@ -316,6 +316,7 @@ typedef struct fit__bench {
     struct fit__observer *observer;
     stein_force_fn *force; /* forces that the model lacks, not with the ladder; NULL: none */
     void *force_ctx;
+    double faster; /* what the time of the frames is taken as more than it is, a share of it */
     fit__watch_fn *watch; /* called at every frame; may be NULL */
     void *watch_ctx;
     int no_memory; /* a simulation had none: no property of the model */
@@ -423,6 +424,7 @@ typedef enum {
     FIT__EXCHANGE, /* two columns are exchanged */
     FIT__ABSOLUTE, /* an angle of a body against the frame, not against its parent */
     FIT__GRAVITY,  /* gravity along another axis */
+    FIT__PACE,     /* the motion is faster or slower than the model's */
     FIT__NOTHING   /* none of these helps */
 } fit__doubt;
 /** What would let the beginning of the records follow from the equations. */

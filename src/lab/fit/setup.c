@@ -12,6 +12,8 @@
  *      y_a <-> y_b                     columns of the same unit exchanged
  *      y_c -> y_c - y_parent           an angle against the frame that was read as one of a joint
  *      gravity -> along +-x, +-y, +-z  the plane of the motion
+ *      t -> t/20 .. 20 t               the pace, if nothing else fits: a film in slow motion, a
+ *                                      spring or an inertia that is many times as large
  *
  * from the initial state that the changed record shows, improved by a few steps of Gauss-Newton.
  * The misfit is measured over noise and a hundredth of the motion's range together,
@@ -42,8 +44,8 @@ static const double windows = 4.0; /* length of what is simulated, in start wind
 /* one way to read the records otherwise */
 typedef struct way {
     fit__doubt doubt;
-    int c, other; /* slots of channels in the strokes, -1: none */
-    double factor, add;
+    int c, other;                        /* slots of channels in the strokes, -1: none */
+    double factor, add;                  /* of samples; of a pace: of the time */
     const double *gravity;               /* direction, NULL: that of the file */
     double m[MOST_STROKES], chi2, score; /* score: geometric mean of m over the strokes */
 } way;
@@ -173,6 +175,7 @@ static int try_way(trial *a, way *w, const way *usual)
     int better = 1;
     w->chi2 = 0.0;
     a->gravity = w->gravity;
+    a->bench.faster = w->doubt == FIT__PACE ? w->factor - 1.0 : 0.0;
     for (int k = 0; k < a->nstroke && better; k++) {
         fit__stroke *s = &a->p->stroke[a->stroke[k]];
         size_t size = sizeof *s->y * (size_t)(s->nch * s->n);
@@ -193,6 +196,7 @@ static int try_way(trial *a, way *w, const way *usual)
     }
     w->score = exp(logs / a->nstroke);
     a->gravity = NULL;
+    a->bench.faster = 0.0;
     return better && isfinite(w->score);
 }
 
@@ -291,9 +295,16 @@ static char *sentence(const trial *a, const way *w, double times)
         return lab__text("gravity: [%.3g, %.3g, %.3g] m/s^2 would fit %.0f times better",
                          earth * w->gravity[0], earth * w->gravity[1], earth * w->gravity[2],
                          times);
+    case FIT__PACE:
+        return lab__text(
+            "the records move %.2g times as %s as the model; with their time %s by "
+            "that they would fit %.0f times better: a film in slow motion, a clock, or "
+            "a length, spring or inertia that is far off",
+            w->factor < 1.0 ? 1.0 / w->factor : w->factor, w->factor < 1.0 ? "slowly" : "fast",
+            w->factor < 1.0 ? "divided" : "multiplied", times);
     default:
         return lab__text("the model leaves the records by %.0f %% of the motion within their first "
-                         "%.2g s; no sign, zero, unit or direction of gravity explains it",
+                         "%.2g s; no sign, zero, unit, pace or direction of gravity explains it",
                          100.0 * share * sqrt(w->score), a->until[0]);
     }
 }
@@ -317,6 +328,32 @@ static stein_status add(trial *a, fit__finding *list, int *n, const way *usual, 
                               .after = w->chi2,
                               .text = sentence(a, w, usual->score / w->score)};
     return list[(*n)++].text != NULL ? STEIN_OK : lab__no_memory(err);
+}
+
+/* The pace at which the model follows the records best: a grid, then finer about its best point.
+ * Forces that were measured have a time of their own, and at another pace another size. @return 1:
+ * it is many times better */
+static int find_pace(trial *a, const way *usual, way *best)
+{
+    enum { COARSE = 18, FINE = 8 };
+    static const double widest = 20.0, clear = 1.3;
+    *best = *usual;
+    for (int k = -COARSE; k <= COARSE && a->p->stroke[a->stroke[0]].nsignal == 0; k++) {
+        way w = {
+            .doubt = FIT__PACE, .c = -1, .other = -1, .factor = pow(widest, (double)k / COARSE)};
+        *best = try_way(a, &w, NULL) && w.score < best->score ? w : *best;
+    }
+    double step = pow(widest, 0.5 / COARSE), middle = best->factor;
+    for (int k = 0; k < FINE && best->doubt == FIT__PACE; k++, step = sqrt(step)) {
+        for (int side = -1; side <= 1; side += 2) {
+            way w = *best;
+            w.factor = side < 0 ? middle / step : middle * step;
+            *best = try_way(a, &w, NULL) && w.score < best->score ? w : *best;
+        }
+        middle = best->factor;
+    }
+    return best->doubt == FIT__PACE && best->score * much_better < usual->score &&
+           fabs(log(best->factor)) > log(clear);
 }
 
 /* all ways when the usual one does not fit */
@@ -344,8 +381,9 @@ static stein_status look(trial *a, fit__finding *list, int *n, stein_err *err)
         }
     }
     if (status == STEIN_OK && *n == 0 && usual.score > hopeless) {
+        int paced = find_pace(a, &usual, &w[0]);
         usual.doubt = FIT__NOTHING;
-        status = add(a, list, n, &usual, &usual, err);
+        status = add(a, list, n, &usual, paced ? &w[0] : &usual, err);
     }
     qsort(list, (size_t)*n, sizeof *list, compare);
     while (*n > 1 && list[*n - 1].after > much_better * list[0].after) { // helps, but is not it

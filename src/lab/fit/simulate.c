@@ -441,10 +441,10 @@ static void ready(const fit__problem *p, fit__bench *b, double tau, double *y)
 {
     fit__reader *r = b->reader;
     const fit__stroke *s = r->s;
-    r->horizon = p->horizon;
+    r->horizon = p->horizon * (1.0 + b->faster); // in the time of the frames
     r->stride = p->stride > 1 ? p->stride : 1;
     r->gain = fmin(p->gain * r->stride, fmax(p->gain, most_gain));
-    r->error = p->clock >= 0 ? b->p[p->clock] : 0.0;
+    r->error = (1.0 + (p->clock >= 0 ? b->p[p->clock] : 0.0)) * (1.0 + b->faster) - 1.0;
     r->shift = tau - (s->nsignal > 0 ? 1.0 : 1.0 + r->error) * s->origin;
     r->y = y;
     r->status = STEIN_OK;

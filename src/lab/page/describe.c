@@ -14,6 +14,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "functions.h"
 #include "page.h"
 
 enum { FEW = 3, MOST = 10 }; /* sliders without a section regulation */
@@ -244,7 +245,10 @@ static void put_channels(writer *w)
         lab__json_open(j, NULL, '{');
         lab__json_text(j, "name", c->name);
         lab__json_text(j, "unit", c->unit);
-        lab__json_text(j, "read", read[c->read]);
+        lab__json_text(j, "read",
+                       stein__reads_attitude((int)c->read) ? "attitude"
+                       : c->read == STEIN_READ_REACTION    ? "reaction"
+                                                           : read[c->read]);
         lab__json_int(j, "index", c->index);
         lab__json_int(j, "sign", c->sign);
         lab__json_bool(j, "rest", c->from_rest);

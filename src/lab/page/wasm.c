@@ -25,6 +25,7 @@ typedef struct job {
     char *work, *fresh, *log;                 /* of this process alone */
     char *sysroot;
     const char *model; /* its name; not owned */
+    int reactions;     /* outputs that read one: else what finds them is left out */
 } job;
 
 static void free_job(job *j)
@@ -86,6 +87,7 @@ static stein_status name_files(job *j, const stein_model *equations, const lab_o
     j->work = lab__text("%s/work-XXXXXX", folder);
     j->sysroot = lab__text("%s", sysroot());
     j->model = equations->name;
+    j->reactions = equations->nreaction;
     int complete = j->folder != NULL && j->core != NULL && j->equations != NULL &&
                    j->module != NULL && j->work != NULL && j->sysroot != NULL;
     return complete ? STEIN_OK : lab__no_memory(err);
@@ -206,18 +208,26 @@ static void forget_core(const job *j)
     }
 }
 
+static int is_wanted(const job *j, const char *name)
+{
+    return j->reactions > 0 || strcmp(name, "src/core/reaction.c") != 0;
+}
+
 static stein_status link_module(const job *j, stein_err *err)
 {
     lab__command words = {0};
     begin_command(&words, j);
     lab__command_split(&words, "-nostartfiles -nodefaultlibs -Wl,--no-entry -Wl,--strip-all");
     lab__command_add(&words, lab__text("-DPAGE_MODEL=%s", j->model));
+    if (j->reactions == 0) {
+        lab__command_split(&words, "-DPAGE_WITHOUT_REACTIONS");
+    }
     lab__command_split(&words, "-o");
     lab__command_add(&words, lab__text("%s", j->fresh));
     for (const lab__source *f = lab__core_files; f->name != NULL; f++) {
-        if (is_of_core(f->name)) {
+        if (is_of_core(f->name) && is_wanted(j, f->name)) {
             lab__command_add(&words, object_of(j, f->name));
-        } else if (lab__is_c(f->name)) {
+        } else if (lab__is_c(f->name) && !is_of_core(f->name)) {
             lab__command_add(&words, lab__text("%s/%s", j->folder, f->name));
         }
     }

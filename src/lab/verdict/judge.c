@@ -205,9 +205,21 @@ static int null_beside(const diag__evidence *e, int rows, const diag__evidence *
     return best;
 }
 
+/* What explains most of a misfit, though not beyond doubt: records that count as few independent
+ * samples prove little. */
+static void find_nearest(const diag__evidence *e, int n, diag__judgement *j, const diag__setting *s)
+{
+    const diag__evidence *null = &e[j->null];
+    int one = j->finding == DIAG_NO_CAUSE ? best_of(e, n, 1, s) : -1;
+    j->near =
+        one >= 0 ? (null->chi2_dof - e[one].chi2_dof) / fmax(null->chi2_dof - 1.0, 1e-9) : 0.0;
+    int much = one >= 0 && e[one].objective < null->objective - diag__convincing;
+    j->nearest = much && j->near > must_explain ? one : -1;
+}
+
 diag__judgement diag__judge(const diag__evidence *e, int n, const diag__setting *s)
 {
-    diag__judgement j = {.finding = DIAG_NOT_CONVERGED, .null = best_of(e, n, 0, s)};
+    diag__judgement j = {.finding = DIAG_NOT_CONVERGED, .nearest = -1, .null = best_of(e, n, 0, s)};
     j.best = j.null;
     for (int k = 1; k <= DIAG_CAUSES && j.null >= 0; k++) {
         int more = best_of(e, n, k, s);
@@ -224,5 +236,6 @@ diag__judgement diag__judge(const diag__evidence *e, int n, const diag__setting 
     j.share = (null->chi2_dof - best->chi2_dof) / fmax(null->chi2_dof - 1.0, 1e-9);
     j.finding = find(e, n, &j, s);
     find_rivals(e, n, &j);
+    find_nearest(e, n, &j, s);
     return j;
 }

@@ -266,10 +266,10 @@ static lab_verdict class_of(const lab_diagnosis *o)
     return LAB_VERDICT_MISSING_EFFECT;
 }
 
-void diag__say(lab_diagnosis *o, const diag__judgement *j, const diag__setting *s,
+void diag__say(lab_diagnosis *o, const diag__judgement *j, const diag__setting *s, const char *near,
                const char *suspicion)
 {
-    char text[200];
+    char text[400];
     o->reason[0] = '\0';
     switch (j->finding) {
     case DIAG_EXPLAINED:
@@ -293,7 +293,14 @@ void diag__say(lab_diagnosis *o, const diag__judgement *j, const diag__setting *
         break;
     case DIAG_NO_CAUSE:
         o->verdict = LAB_VERDICT_UNKNOWN_EFFECT;
-        append(o, "The residual is more than noise, and no candidate explains it.");
+        append(o, "The residual is more than noise, and no candidate explains it");
+        if (near[0] != '\0') {
+            snprintf(text, sizeof text,
+                     " beyond doubt; the nearest one, %.200s, explains %.0f %% of the misfit", near,
+                     100.0 * j->near);
+            append(o, text);
+        }
+        append(o, ".");
         break;
     case DIAG_NOT_SHOWN:
         o->verdict = LAB_VERDICT_UNKNOWN_EFFECT;

@@ -71,6 +71,8 @@ typedef struct diag__judgement {
     int best, null; /* rows; the null one takes settings as the best one does */
     int least;      /* row without a cause that has the most evidence, however it takes settings */
     int nrival, rival[DIAG_RIVALS];
+    int nearest;  /* row of one cause that explains half of the misfit where none is named; -1 */
+    double near;  /* share of the misfit beyond noise that it explains */
     double gain;  /* objective(null) - objective(best) */
     double share; /* of the misfit beyond noise that the best one explains */
 } diag__judgement;
@@ -109,8 +111,9 @@ stein_status diag__gain(lab_diagnosis *out, const diag__reported *before,
 /* ---- sentence.c ---- */
 
 /** Verdict and reason of a diagnosis; gain and numbers of candidates are known.
+ *  @param near       candidate of j->nearest, "": none
  *  @param suspicion  what would let the records begin as the model moves, "": nothing */
-void diag__say(lab_diagnosis *o, const diag__judgement *j, const diag__setting *s,
+void diag__say(lab_diagnosis *o, const diag__judgement *j, const diag__setting *s, const char *near,
                const char *suspicion);
 
 /** What would fit a record whose setting does not: a sentence behind the reason. */

@@ -25,6 +25,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from . import _stein
+from ._equations import Derivatives, Linear, Mode, Sensitivities, linear as _linear
 from ._records import Record, named_texts
 from ._progress import told as _told
 from ._support import (Error, EquationsError, Event, FileError, InvalidValue, NumericalError,
@@ -32,9 +33,9 @@ from ._support import (Error, EquationsError, Event, FileError, InvalidValue, Nu
 
 __version__ = _stein.version
 __all__ = ["load", "fit", "diagnose", "plan", "Simulation", "Record", "Run", "Stroke", "Sweep", "Fit",
-           "Diagnosis", "Plan", "Event", "Parameter", "Derivatives", "Sensitivities", "Table",
-           "Error", "UnknownName", "InvalidValue", "ParseError",
-           "FileError", "EquationsError", "NumericalError"]
+           "Diagnosis", "Plan", "Event", "Parameter", "Derivatives", "Sensitivities", "Linear", "Mode",
+           "Table", "Error", "UnknownName", "InvalidValue", "ParseError", "FileError",
+           "EquationsError", "NumericalError"]
 _nan = math.nan
 
 
@@ -55,23 +56,6 @@ class Parameter(NamedTuple):
     unit: str
     value: float
     tolerance: float
-
-
-class Derivatives(NamedTuple):
-    """Of qdd: row i of by_q is that of qdd[i] by every q."""
-
-    by_q: object
-    by_qd: object
-    by: dict
-
-
-class Sensitivities(NamedTuple):
-    """How a run changes with parameters: q[name] and qd[name] [samples, nq], a unit of the coordinate a
-    unit of the parameter, at the times of `run`."""
-
-    q: dict
-    qd: dict
-    run: object
 
 
 class Simulation(_stein.Simulation):
@@ -239,6 +223,10 @@ class Simulation(_stein.Simulation):
         names = _names(self, parameters)
         by_q, by_qd, rows = self._derivatives(names)
         return Derivatives(by_q, by_qd, dict(zip(names, rows)))
+
+    def linearise(self):
+        """A, B, C, D, natural frequencies and damping about the present state, an equilibrium: a Linear."""
+        return _linear(self._linearise())
 
     def sympy(self, what="M"):
         """A generated expression as text for sympy.sympify: "M", "c", "Q" (M qdd + c), "T", "V"

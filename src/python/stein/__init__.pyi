@@ -53,6 +53,35 @@ class Derivatives(NamedTuple):
     by_qd: _Array
     by: dict[str, _Array]
 
+class Mode(NamedTuple):
+    kind: Literal["oscillates", "decays", "grows", "neutral"]
+    eigenvalue: complex
+    frequency: float
+    damping: float
+    joint: str
+    share: float
+    shape: tuple[complex, ...]
+
+class Linear(NamedTuple):
+    A: _Array
+    B: _Array
+    C: _Array
+    D: _Array
+    T: _Array
+    mass: _Array
+    coordinates: tuple[str, ...]
+    free: int
+    states: dict[str, str]
+    inputs: dict[str, str]
+    outputs: dict[str, str]
+    inexact: tuple[str, ...]
+    modes: tuple[Mode, ...]
+    edges: tuple[tuple[str, str, float], ...]
+    exact: bool
+    why: str | None
+    error: float
+    residual: float
+
 class Sensitivities(NamedTuple):
     q: dict[str, _Array]
     qd: dict[str, _Array]
@@ -153,6 +182,7 @@ class Simulation:
     def __getitem__(self, name: str) -> float: ...
     def __setitem__(self, name: str, value: _Value) -> None: ...
     def reset(self) -> None: ...
+    def lift(self) -> None: ...
     def settle(self) -> None: ...
     def step(self, n: int = ..., /) -> float: ...
     def read(self, output: str, /) -> float: ...
@@ -213,6 +243,7 @@ class Simulation:
     ) -> Sensitivities: ...
     def sympy(self, what: str = ...) -> str: ...
     def derivatives(self, *parameters: str) -> Derivatives: ...
+    def linearise(self) -> Linear: ...
     def set_state(
         self, q: _Numbers | None = ..., qd: _Numbers | None = ..., time: float = ...
     ) -> None: ...

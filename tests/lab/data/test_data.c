@@ -265,6 +265,11 @@ START_TEST(wrong_headers_are_refused_with_their_place)
         {"string_distance [m],notch_phase\n" ROWS, ":1:1: ", "expected time [s]"},
         {"time [s],string_distanze [m]\n" ROWS, ":1:10: ", "did you mean \"string_distance\"?"},
         {"time [s],finge [N]\n" ROWS, ":1:10: ", "did you mean \"finger\"?"},
+        {"time [s],key_dip [m],string_distanze [m]\n0,1,2\n1,2,3\n2,3,4\n3,4,5\n",
+         ":1:22: ", "did you mean \"string_distance\"?"},
+        {"Rig 3\n\ntime [s],string_distance [N]\n" ROWS, ":3:10: ", "is in [N], expected [m]"},
+        {"Rig 3\ntim [s],string_distance [m]\n" ROWS, ":2:1: ", "\"tim [s]\": expected time [s]"},
+        {"Rig 3; left\n", ": ", "no header line"},
         {"time [s],\xc3\xa9t\xc3\xa9 [m]\n" ROWS, ":1:10: ", "no output or input of \"stein1788\""},
         {"time [s],key_dip [m],string_distance [m],key_dip "
          "[mm]\n0,1,2,3\n1,2,3,4\n2,3,4,5\n3,4,5,6\n",

@@ -25,7 +25,16 @@ START_TEST(a_record_is_read_in_every_usual_form)
         ",time,key_dip,key_angle,finger\n0,0.0,0.0015,0.25,-1.5\n"
         "1,0.25,0.00175,0.125,2.0\n2,0.5,,-1.0,0.0\n3,0.75,-0.001,3.0,1000.0\n",
         "# made by hand\n# time [msec], key_dip [mm], finger [N], key_angle [radians]\n"
-        "0.000e+00,1.500e+00,-1.5,0.25\n2.5e2,1.75,2,0.125\n5e2,,0,-1\n750,-1,1000,3\n"};
+        "0.000e+00,1.500e+00,-1.5,0.25\n2.5e2,1.75,2,0.125\n5e2,,0,-1\n750,-1,1000,3\n",
+        "mass_A\t\t\t\t\r\nt\tkey_dip\tkey_angle\tfinger\tv_{x}\r\n"
+        "0\t0,0015\t0,25\t-1,5\tx\r\n0,25\t0,00175\t0,125\t2\t\r\n0,5\t\t-1\t0\t-\r\n"
+        "0,75\t-0,001\t3\t1e3\t1\r\n",
+        "Rig 3, run 7\n\nDate: 2026-05-04\nt / ms;Key_Dip / mm;key_angle / rad;finger / N;\n"
+        "0;1,5;0,25;-1,5;\n250;1,75;0,125;2;\n500;;-1;0;\n750;-1;3;1e3;\n",
+        "\"time, ms\",\"key_dip, mm\",\"key_angle, rad\",\"finger, N\"\n"
+        "0,1.5,0.25,-1.5\n250,1.75,0.125,2\n500,,-1,0\n750,-1,3,1000\n",
+        "motor,Time,Key_Dip,KEY_ANGLE,finger,note\n,ms,mm,rad,N,\n7,0,1.5,0.25,-1.5,begin\n"
+        "8,250,1.75,0.125,2,\"a,b\"\nx,500,,-1,0,\n,750,-1,3,1000,end\n"};
     lab_data *first = NULL;
     for (size_t i = 0; i < sizeof text / sizeof *text; i++) {
         lab_data *d = NULL;
@@ -61,11 +70,16 @@ START_TEST(times_of_events_are_read_in_every_usual_form)
         "# events string_force: begin\n,string_force (ms)\r\n0,61.5\r\n1,125\r\n2,500\r\n",
         "# events string_force: begin\nn;string_force [ms]\n1;61,5\n2;125\n3;500\n;\n",
         "# events string_force: begin\n# string_force\n6.15e-2\n1.25e-1\n5e-1\n",
+        "# events string_force: begin\nmass "
+        "A\nhit,String_Force,note\n,ms,\n1,61.5,\n2,125,x\n3,500,\n",
+        "# events string_force: begin\nhit string_force / ms\n1 61.5\n2 125\n3 500\n",
         ("# events string_force: begin\ntime [s],key_dip [mm],string_force [s]\n"
-         "0,1,0.0615\n0.2,2,0.125\n0.4,3,0.5\n0.6,4,\n")};
+         "0,1,0.0615\n0.2,2,0.125\n0.4,3,0.5\n0.6,4,\n"),
+        ("# events string_force: begin\nstring_force [ms],key_dip [mm],time [s]\n"
+         "61.5,1,0\n125,2,0.2\n500,3,0.4\n,4,0.6\n")};
     for (size_t i = 0; i < sizeof text / sizeof *text; i++) {
         static const double time[] = {0.0615, 0.125, 0.5};
-        int mixed = i == 5;
+        int mixed = i > 6;
         lab_data *d = open_data(write_file("times.csv", text[i]), action);
         lab_audit *a = audit_of(d);
         const lab_column *c = lab_data_column(d, "string_force");
@@ -92,6 +106,49 @@ START_TEST(times_of_events_are_read_in_every_usual_form)
         lab_audit_destroy(a);
         lab_data_close(d);
     }
+}
+END_TEST
+
+/* numpy.savetxt without a delimiter, a terminal, columns of equal width */
+START_TEST(blanks_separate_cells_where_the_titles_have_no_other_separator)
+{
+    static const char *const text[] = {
+        "# time key_dip key_angle\n0.000e+00 1.500e-03 2.5e-1\n2.5e-01 1.750e-03 1.25e-1\n"
+        "5.0e-01 2.0e-3 -1\n7.5e-01 -1e-3 3\n",
+        "   time [s]   key_dip [mm]   key_angle [rad]  \n   0.00   1.5   0.25\n   0.25   1.75   "
+        "0.125  \n"
+        "\t0.5 2\t -1\n0.75    -1.0    3\n",
+        "t / s key_dip / mm key_angle / rad\n0 1,5 0,25\n0,25 1,75 0,125\n0,5 2 -1\n0,75 -1 3\n",
+        "\"time\" \"key_dip (mm)\" \"key_angle\"\n0 1.5 .25\n.25 1.75 .125\n.5 2 -1\n.75 -1 3\n"};
+    static const double dip[] = {0.0015, 0.00175, 0.002, -0.001},
+                        angle[] = {0.25, 0.125, -1.0, 3.0};
+    for (size_t i = 0; i < sizeof text / sizeof *text; i++) {
+        lab_data *d = open_data(write_file("blank.txt", text[i]), action);
+        ck_assert_int_eq(d->nrow, 4);
+        ck_assert_int_eq(d->ncolumn, 2);
+        for (int row = 0; row < 4; row++) {
+            ck_assert_close(d->time[row], 0.25 * row, 1e-15, 0.0);
+            ck_assert_close(d->column[0].value[row], dip[row], 1e-15, 0.0);
+            ck_assert_close(d->column[1].value[row], angle[row], 1e-15, 0.0);
+        }
+        lab_data_close(d);
+    }
+}
+END_TEST
+
+START_TEST(columns_that_the_model_lacks_are_passed_over_and_told)
+{
+    lab_data *d = open_data(write_file("log.csv", "time [s],current [A],key_dip [m],state\n"
+                                                  "0,1,0.1,on\n1,2,0.2,on\n2,3,0.4,off\n3,x,0,\n"),
+                            action);
+    lab_audit *a = audit_of(d);
+    ck_assert_int_eq(d->ncolumn, 1);
+    ck_assert_str_eq(d->passed_over, "current, state");
+    ck_assert_int_eq(was_found(a, "columns that are no output or input of \"stein1788\", passed "
+                                  "over: current, state"),
+                     1);
+    lab_audit_destroy(a);
+    lab_data_close(d);
 }
 END_TEST
 
@@ -302,6 +359,8 @@ void data_forms_cases(Suite *suite)
     tcase_set_timeout(tc, 60.0);
     tcase_add_test(tc, a_record_is_read_in_every_usual_form);
     tcase_add_test(tc, times_of_events_are_read_in_every_usual_form);
+    tcase_add_test(tc, blanks_separate_cells_where_the_titles_have_no_other_separator);
+    tcase_add_test(tc, columns_that_the_model_lacks_are_passed_over_and_told);
     tcase_add_test(tc, titles_without_a_unit_are_si_and_told);
     tcase_add_test(tc, wrapped_angles_are_made_continuous);
     tcase_add_test(tc, only_wraps_are_unwrapped);

@@ -340,6 +340,39 @@ static const lab_candidate *find(const lab_candidate *list, int n, const char *k
     return NULL;
 }
 
+/* its length is as uncertain as that of a rod that is drawn along x */
+START_TEST(the_centre_of_a_rod_that_hangs_is_along_it)
+{
+    static const char *const centre[][2] = {{"[0, 0, -310 mm]", "rod.centre.z"},
+                                            {"[310 mm, 0, 0]", "rod.centre.x"},
+                                            {"[2 mm, 0, -310 mm]", "rod.centre.z"},
+                                            {"[70 mm, 0, -310 mm]", "rod.centre.x"}};
+    double limit = 0.0;
+    cache_in_build();
+    make_folder();
+    for (size_t i = 0; i < sizeof centre / sizeof *centre; i++) {
+        char text[300];
+        snprintf(text, sizeof text,
+                 "mechanism: rod\nbodies:\n  rod: {joint: R y, mass: 0.1 kg, centre: %s, inertia: "
+                 "{yy: 8e-4 kg m^2}}\noutputs:\n  angle: {joint: rod, read: position}\n",
+                 centre[i][0]);
+        lab_model *model = open_text(text, NULL, 0);
+        lab_candidate *list = NULL;
+        int n = 0;
+        ck_assert_stein(lab_candidates(&list, &n, model, err));
+        const lab_candidate *c = find(list, n, "centre", "rod");
+        ck_assert_ptr_nonnull(c);
+        ck_assert_str_eq(lab_equations(model)->params[c->param[0]].name, centre[i][1]);
+        ck_assert_ptr_null(find(list, n, "wrong_parameter", centre[i][1]));
+        limit = i == 0 ? c->limit : limit;
+        ck_assert(i != 1 || fabs(c->limit - limit) < 1e-12);
+        free(list);
+        lab_close(model);
+    }
+    remove_folder();
+}
+END_TEST
+
 START_TEST(second_numbers_have_ranges)
 {
     static const struct {
@@ -558,6 +591,7 @@ Suite *effects_suite(void)
     tcase_add_test(tc, a_point_that_hardly_turns_moves_nearly_alike);
     tcase_add_test(tc, a_felt_that_is_hardly_pressed_is_straight);
     tcase_add_test(tc, a_candidate_is_found_again_in_another_model);
+    tcase_add_test(tc, the_centre_of_a_rod_that_hangs_is_along_it);
     tcase_add_test(tc, a_spring_that_is_added_pulls_by_the_angle_alone);
     suite_add_tcase(suite, tc);
     return suite;

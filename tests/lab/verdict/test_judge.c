@@ -72,6 +72,20 @@ START_TEST(a_cause_is_named_from_a_gain_of_25_on)
 }
 END_TEST
 
+START_TEST(what_explains_most_but_not_beyond_doubt_is_the_nearest)
+{
+    const double objective[] = {980.0, 980.0, 1001.0, 970.0}, left[] = {1.5, 2.5, 1.5, 1.5};
+    for (int i = 0; i < 4; i++) {
+        const diag__evidence e[] = {none(1000.0, far_left), one(A, 990.0, 2.9),
+                                    one(B, objective[i], left[i])};
+        diag__judgement j = diag__judge(e, 3, &plain);
+        ck_assert_int_eq(j.finding, i == 3 ? DIAG_NAMED : DIAG_NO_CAUSE);
+        ck_assert_int_eq(j.nearest, i == 0 ? 2 : -1);
+        ck_assert(i != 0 || fabs(j.near - 0.75) < 1e-9);
+    }
+}
+END_TEST
+
 START_TEST(two_causes_at_once_have_to_gain_twice_as_much)
 {
     const diag__evidence null = none(1000.0, far_left);
@@ -595,6 +609,7 @@ Suite *judge_suite(void)
     tcase_add_test(tc, a_model_that_leaves_noise_is_explained);
     tcase_add_test(tc, a_cause_is_named_from_a_gain_of_25_on);
     tcase_add_test(tc, two_causes_at_once_have_to_gain_twice_as_much);
+    tcase_add_test(tc, what_explains_most_but_not_beyond_doubt_is_the_nearest);
     tcase_add_test(tc, a_number_far_out_of_its_tolerance_is_named_though_it_gains_little);
     tcase_add_test(tc, of_more_numbers_one_may_be_further_off_by_chance);
     tcase_add_test(tc, a_number_out_of_its_tolerance_that_gains_nothing_is_not_named);
