@@ -271,7 +271,7 @@ stein_status diag__read_again(const lab_dataset *set, const lab_model *model, la
         return lab__no_memory(err);
     }
     stein_status status = set->n > 0 ? read_files(set, model, &whole, err) : STEIN_OK;
-    for (int i = 0, k = -1; status == STEIN_OK && whole != NULL && i < set->n; i++) {
+    for (int i = 0, k = -1; status == STEIN_OK && i < set->n; i++) {
         const lab_data *d = set->stroke[i];
         k += !is_next_window(set, i);
         if (data__is_window(d)) {
@@ -281,7 +281,7 @@ stein_status diag__read_again(const lab_dataset *set, const lab_model *model, la
             whole->stroke[k] = NULL;
         }
         own->n += status == STEIN_OK;
-        if (status == STEIN_OK) {
+        if (own->stroke[i] != NULL) {
             own->stroke[i]->number = d->number;
         }
     }
