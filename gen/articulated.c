@@ -17,6 +17,9 @@
  *
  * and back from the root: a += w x d, qdd = t / D - (u_n.w + u_f.a) / D, w += e qdd.
  *
+ * An armature a, which resists qdd alone, is added to D. The joint then gives way by a part of J e:
+ * J, H and n keep a share a / D of what they have along e.
+ *
  * The work grows with n, where M and its factors grow with n^2 and n^3: from a dozen joints in a
  * chain on it is less (gen.c, make_route). Trees with a slide, which would need the masses that
  * were handed on, have M, and so have those with a joint that may be given: it is taken out of M.
@@ -62,18 +65,19 @@ static void own_inertia(walk *ps, int i, part *s)
         s->mixed.x[l][m] = ex_sub(g, s->mixed.x[l][m], first.x[k]);
         s->scale = ex_add(ps->t->setup, s->scale, b->inertia.x[k]);
     }
+    s->scale = ex_add(ps->t->setup, s->scale, b->armature);
 }
 
-/* The joint gives way to b_i, its drive. J and H have no part along its axis then, and the moment
- * along it is the drive. */
+/* The joint gives way to b_i, its drive. Without an armature J and H have no part along its axis
+ * then, and the moment along it is the drive. */
 static void give_way(walk *ps, int i, part *s, ex drive, ex *pivot)
 {
     ex_graph *g = ps->g;
     const rbody *b = &ps->t->body[i];
-    int e = b->axis;
+    int e = b->axis, gone = b->armature == 0 ? e : -1;
     vec un = sym_column(s->turning, e), uf = row(s->mixed, e);
     ex along = b->sign > 0 ? drive : ex_neg(g, drive);
-    ex D = un.x[e], t = ex_sub(g, along, s->moment.x[e]);
+    ex D = ex_add(g, un.x[e], ex_const(g, b->armature)), t = ex_sub(g, along, s->moment.x[e]);
     ex_name(g, D, "D%d", i + 1);
     ex least = ex_mul(ps->t->setup, ex_num(ps->t->setup, tiny), s->scale);
     *pivot = ex_sub(g, D, ex_const(g, least));
@@ -81,20 +85,20 @@ static void give_way(walk *ps, int i, part *s, ex drive, ex *pivot)
     ex_name(g, inverse, "iD%d", i + 1);
     s->share = ex_mul(g, t, inverse);
     for (int k = 0; k < 3; k++) {
-        s->un.x[k] = k == e ? 0 : ex_mul(g, un.x[k], inverse);
+        s->un.x[k] = k == gone ? 0 : ex_mul(g, un.x[k], inverse);
         s->uf.x[k] = ex_mul(g, uf.x[k], inverse);
     }
     for (int k = 0; k < 3; k++) {
         for (int l = 0; l < 3; l++) {
             ex *J = sym_entry(&s->turning, k, l), *B = sym_entry(&s->moving, k, l);
             if (k <= l) {
-                *J = k == e || l == e ? 0 : ex_sub(g, *J, ex_mul(g, un.x[k], s->un.x[l]));
+                *J = k == gone || l == gone ? 0 : ex_sub(g, *J, ex_mul(g, un.x[k], s->un.x[l]));
                 *B = ex_sub(g, *B, ex_mul(g, uf.x[k], s->uf.x[l]));
             }
             s->mixed.x[k][l] =
-                k == e ? 0 : ex_sub(g, s->mixed.x[k][l], ex_mul(g, s->un.x[k], uf.x[l]));
+                k == gone ? 0 : ex_sub(g, s->mixed.x[k][l], ex_mul(g, s->un.x[k], uf.x[l]));
         }
-        s->moment.x[k] = k == e ? along : ex_add(g, s->moment.x[k], ex_mul(g, s->un.x[k], t));
+        s->moment.x[k] = k == gone ? along : ex_add(g, s->moment.x[k], ex_mul(g, s->un.x[k], t));
         s->force.x[k] = ex_add(g, s->force.x[k], ex_mul(g, s->uf.x[k], t));
     }
 }
@@ -157,8 +161,13 @@ static void accelerate(walk *ps, int i, part *all, ex *qdd)
         s->acc = rotate(ps, a, there, here);
     }
     ex turned = vec_dot(g, s->un, s->spin), lost = ex_add(g, turned, vec_dot(g, s->uf, s->acc));
-    ex faster = ex_sub(g, s->share, lost); // of the body along e
-    ex of_joint = ex_sub(g, faster, s->spin.x[b->axis]);
+    ex faster = ex_sub(g, s->share, lost); // of the body along e; with an armature of the joint
+    ex of_joint = faster;
+    if (b->armature == 0) {
+        of_joint = ex_sub(g, faster, s->spin.x[b->axis]);
+    } else {
+        faster = ex_add(g, of_joint, s->spin.x[b->axis]);
+    }
     s->spin.x[b->axis] = faster;
     *qdd = b->sign > 0 ? of_joint : ex_neg(g, of_joint);
     vec_name(g, s->spin, "W", i, -1);

@@ -533,9 +533,8 @@ static void hold_still(const dyn *y, ex *M, ex *c)
     for (int i = 0; i < n; i++) {
         if (y->t->body[i].still) {
             for (int j = 0; j < n; j++) {
-                M[i * n + j] = M[j * n + i] = 0;
+                M[i * n + j] = M[j * n + i] = i == j ? ex_num(y->g, 1.0) : 0;
             }
-            M[i * n + i] = ex_num(y->g, 1.0);
             c[i] = 0;
         }
     }
@@ -544,8 +543,7 @@ static void hold_still(const dyn *y, ex *M, ex *c)
 void dyn_mass_bias(walk *ps, ex *out)
 {
     dyn y;
-    int n = ps->t->n;
-    ex *c = out + (size_t)n * (size_t)n;
+    ex *c = out + (size_t)ps->t->n * (size_t)ps->t->n;
     if (dyn_begin(&y, ps)) {
         return;
     }
@@ -553,6 +551,7 @@ void dyn_mass_bias(walk *ps, ex *out)
     slid_children(&y);
     composites(&y);
     mass_matrix(&y, out);
+    armature_masses(ps, out);
     backward(&y, c);
     hold_still(&y, out, c);
     dyn_end(&y);
@@ -592,6 +591,7 @@ static void inverse(walk *ps, int moves, ex *out)
 void dyn_inverse(walk *ps, ex *out)
 {
     inverse(ps, 1, out);
+    armature_forces(ps, EX_QDD, out);
 }
 
 void dyn_bias(walk *ps, ex *out)

@@ -76,7 +76,8 @@ static stein_status check_bodies(const mechanism *m, stein_err *err)
             return fail(err, STEIN_EGENERATE, "body %d: a joint is R or T with axis x, y or z", i);
         }
         if (!scalar_ok(m, b->at, 3) || !scalar_ok(m, &b->mass, 1) || !scalar_ok(m, b->centre, 3) ||
-            !scalar_ok(m, b->inertia, 6) || !scalar_ok(m, &b->q0, 1) || !scalar_ok(m, &b->qd0, 1)) {
+            !scalar_ok(m, b->inertia, 6) || !scalar_ok(m, &b->armature, 1) ||
+            !scalar_ok(m, &b->q0, 1) || !scalar_ok(m, &b->qd0, 1)) {
             return fail(err, STEIN_EGENERATE, "body %d: a number refers to no parameter", i);
         }
     }
@@ -141,7 +142,7 @@ static stein_status check_signals(const mechanism *m, stein_err *err)
     for (int i = 0; i < m->ninput; i++) {
         const mech_input *k = &m->inputs[i];
         int limit = k->kind == STEIN_INPUT_POINT ? m->npoint : m->nbody;
-        if (k->kind < STEIN_INPUT_JOINT || k->kind > STEIN_INPUT_MOTION || k->index < 0 ||
+        if (k->kind < STEIN_INPUT_JOINT || k->kind > STEIN_INPUT_VOLTAGE || k->index < 0 ||
             k->index >= limit) {
             return fail(err, STEIN_EGENERATE, "%s: the input acts on nothing", k->name);
         }

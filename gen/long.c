@@ -99,6 +99,7 @@ void dyn_momenta(walk *w, ex_var_kind rate, ex *out)
     for (int i = n - 1; i >= 0; i--) {
         out[i] = push_back(w, all, i);
     }
+    armature_forces(w, rate, out);
     free(all);
 }
 

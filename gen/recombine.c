@@ -91,6 +91,7 @@ static void read_bodies(tree *t)
         b->at = tree_vector(t, src->at);
         b->centre = tree_vector(t, src->centre);
         b->mass = tree_scalar(t, src->mass);
+        b->armature = tree_scalar(t, src->armature);
         for (int k = 0; k < 6; k++) {
             b->inertia.x[k] = tree_scalar(t, src->inertia[k]);
         }
@@ -261,7 +262,7 @@ static void find_solids(tree *t)
             }
         }
         for (int c = 0; c < m->nchannel; c++) {
-            used |= stein__reads_attitude(m->channels[c].read) && m->channels[c].index == i;
+            used |= stein_reads_attitude(m->channels[c].read) && m->channels[c].index == i;
         }
         for (int b = used ? i : -1; b >= 0; b = m->bodies[b].parent) {
             t->solid[b] = 1;

@@ -53,6 +53,7 @@ static const char *const link_names[] = {"k",   "length", "damping",  "slack",
 static const char *const limit_names[] = {"from", "to", "k", "D"};
 static const char *const signal_names[] = {"gain", "delay"};
 static const char *const direction_names[] = {"x", "y", "z"};
+static const char *const voltage_names[] = {"per volt"};
 static const char *const sensor_names[] = {"gain", "offset", "square", "tilt", "delay"};
 enum { DIRECTION_SIZE = 3 };
 #define HAS_NAMES(names, size) \
@@ -294,6 +295,8 @@ static void put_rest(layout *l, const tree *t)
         l->direction[i] =
             k->kind == STEIN_INPUT_POINT
                 ? put_block(l, t, k->direction, direction_names, DIRECTION_SIZE, name, "direction")
+            : k->kind == STEIN_INPUT_VOLTAGE
+                ? put_block(l, t, k->direction, voltage_names, 1, name, "force")
                 : -1;
     }
     l->plain = put(l, ex_num(t->setup, 1.0), "time: sensor gain");

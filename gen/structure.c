@@ -161,14 +161,19 @@ static void laws(hash *h, const mechanism *m)
     }
 }
 
-/* none leave no trace: what there was before there were limits, sticking, balls and loops has the
- * hash it had */
+/* none leave no trace: what there was before there were limits, armatures, sticking, balls and
+ * loops has the hash it had */
 static void limits_and_loops(hash *h, const mechanism *m)
 {
     for (int i = 0; i < m->nbody; i++) {
         if (m->bodies[i].limited) {
             number(h, i);
             scalars(h, m->bodies[i].limit, STEIN_LIMIT_SIZE);
+        }
+        if (m->bodies[i].armature.kind != MECH_ZERO) {
+            words(h, "armature");
+            number(h, i);
+            scalars(h, &m->bodies[i].armature, 1);
         }
         if (m->bodies[i].sticks) {
             words(h, "stick");

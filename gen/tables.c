@@ -442,6 +442,7 @@ static const char *read_name(int kind)
         [STEIN_READ_WX] = "STEIN_READ_WX",
         [STEIN_READ_WY] = "STEIN_READ_WY",
         [STEIN_READ_WZ] = "STEIN_READ_WZ",
+        [STEIN_READ_ANGLE] = "STEIN_READ_ANGLE",
         [STEIN_READ_REACTION] = "STEIN_READ_REACTION",
     };
     return name[kind];
@@ -450,7 +451,7 @@ static const char *read_name(int kind)
 static void table_signals(text *x, const tree *t, const layout *l)
 {
     static const char *const kind[] = {"STEIN_INPUT_JOINT", "STEIN_INPUT_POINT",
-                                       "STEIN_INPUT_MOTION"};
+                                       "STEIN_INPUT_MOTION", "STEIN_INPUT_VOLTAGE"};
     const mechanism *m = t->m;
     if (m->ninput) {
         open_table(x, "input", "inputs");
@@ -475,7 +476,7 @@ static void table_signals(text *x, const tree *t, const layout *l)
         text_add(x, ", ");
         text_literal(x, k->unit);
         text_add(x, ", %s, %d, %d, %d, %d},\n", read_name(k->read),
-                 stein__reads_attitude(k->read)   ? solid_index(t, k->index)
+                 stein_reads_attitude(k->read)    ? solid_index(t, k->index)
                  : k->read == STEIN_READ_REACTION ? reactions++
                                                   : k->index,
                  k->sign, k->from_rest, l->sensor[i]);

@@ -40,6 +40,7 @@ typedef struct rbody {
     ex mass;     /* with all it carries */
     vec first;   /* recombined first moment about the moved origin */
     sym inertia; /* recombined inertia about the moved origin */
+    ex armature; /* on the diagonal of M, 0 none */
     int flat;    /* revolute: no mass along the joint axis is left, K_ee = K_ff + K_hh */
 } rbody;
 
@@ -154,6 +155,12 @@ void dyn_unloaded(walk *ps, ex *out);
 void dyn_inverse(walk *ps, ex *out);
 /** c alone: the same at qdd = 0. */
 void dyn_bias(walk *ps, ex *out);
+
+/* armature.c */
+/** The armatures on the diagonal of M [n*n]. */
+void armature_masses(walk *w, ex *M);
+/** Q [n] plus armature times rate, EX_QDD or EX_QD. */
+void armature_forces(walk *w, ex_var_kind rate, ex *Q);
 
 /* long.c */
 /** Has it so many joints in so long branches that functions of quadratic size are loops? */

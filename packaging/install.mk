@@ -74,6 +74,7 @@ install: all shared manual  ## install libraries, headers, programs, manual page
 	$(call put,644,$(HEADERS) $(B)/include/stein/models.h,$(INCLUDEDIR)/stein)
 	$(call put,644,models/*.yaml,$(MODELDIR))
 	$(call put,644,models/robotran/*.yaml,$(MODELDIR)/robotran)
+	$(call put,644,models/drive/*.yaml,$(MODELDIR)/drive)
 	$(call put,644,models/strokes/*.csv,$(MODELDIR)/strokes)
 	$(call put,644,models/swing/*.yaml models/swing/*.csv,$(MODELDIR)/swing)
 	$(call put,644,$(B)/man/*.1,$(MANDIR)/man1)

@@ -22,6 +22,8 @@
     X(stiff)         \
     X(batch)         \
     X(driven)        \
+    X(drive)         \
+    X(armature)      \
     X(contact)       \
     X(stroke)        \
     X(facts)         \

@@ -106,7 +106,7 @@ else
     gives "also behind =" "dp5" stein strike models/pendulum.yaml --integrator = d
     gives "parameters complete" "rod.centre.z" "$stein" strike models/pendulum.yaml --set rod.c
     gives "files complete" "models/pendulum.yaml" stein strike models/pend
-    gives "folders complete for -o of a study" "models/robotran models/strokes models/swing" stein study m.yaml -o models/
+    gives "folders complete for -o of a study" "models/drive models/robotran models/strokes models/swing" stein study m.yaml -o models/
     gives "a time does not" "" stein strike m.yaml --until ""
 fi
 
@@ -122,7 +122,7 @@ if command -v fish >/dev/null 2>&1; then
     }
     fish_gives "controlled dp5 implicit rk4" "stein strike --integrator "
     fish_gives "rod.centre.z" "stein strike models/pendulum.yaml --set rod.c"
-    fish_gives "models/robotran/ models/strokes/ models/swing/" "stein study m.yaml -o models/"
+    fish_gives "models/drive/ models/robotran/ models/strokes/ models/swing/" "stein study m.yaml -o models/"
     fish_gives "" "stein strike --until "
     for c in $commands; do
         fish_gives "$c" "stein $c"

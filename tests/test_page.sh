@@ -28,8 +28,9 @@ fi
 if command -v node >/dev/null 2>&1; then node=yes; else
     node=; echo "test_page: no nodejs, pages are written and not run (make deps-page)"; fi
 
-# ---- pages of several mechanisms: a notch and a load, lines with ends, a plane other than x-z, a loop
-for model in models/stein1788.yaml models/block_on_slope.yaml models/robotran/piston.yaml models/four_bar.yaml; do
+# ---- pages of several mechanisms: a notch and a load, lines with ends, a plane other than x-z, a loop, motors
+for model in models/stein1788.yaml models/block_on_slope.yaml models/robotran/piston.yaml models/four_bar.yaml \
+    models/drive/geared_arm.yaml; do
     name=$(basename "$model" .yaml)
     claim 0 "a page of $name" "$stein" page "$model" -o "$dir/$name.html"
     [ -n "$node" ] || continue

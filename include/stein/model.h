@@ -329,15 +329,22 @@ typedef struct stein_load {
     int contact;
 } stein_load;
 
-typedef enum { STEIN_INPUT_JOINT, STEIN_INPUT_POINT, STEIN_INPUT_MOTION } stein_input_kind;
+typedef enum {
+    STEIN_INPUT_JOINT,
+    STEIN_INPUT_POINT,
+    STEIN_INPUT_MOTION,
+    STEIN_INPUT_VOLTAGE
+} stein_input_kind;
 
 /** An input signal. JOINT: generalised force. POINT: force along a fixed direction. MOTION: q(t).
+ *  VOLTAGE of a motor [V]: generalised force in proportion; the back-EMF is in the joint's damping.
  */
 typedef struct stein_input {
     const char *name, *unit;
     stein_input_kind kind;
-    int index;     /* JOINT, MOTION: coordinate; POINT: point index */
-    int direction; /* POINT: d index of the direction {x, y, z} in the fixed frame */
+    int index;     /* JOINT, MOTION, VOLTAGE: coordinate; POINT: point index */
+    int direction; /* POINT: d index of the direction {x, y, z} in the fixed frame; VOLTAGE: of the
+                      force per volt [N m/V or N/V] */
     int signal;    /* d index of a STEIN_SIGNAL block */
     int hold; /* MOTION: 1 = without a signal the joint is held at its initial value, 0 = free */
 } stein_input;
@@ -359,7 +366,10 @@ typedef enum {
     STEIN_READ_XX, STEIN_READ_XY, STEIN_READ_XZ, STEIN_READ_YX, STEIN_READ_YY, STEIN_READ_YZ,
     STEIN_READ_ZX, STEIN_READ_ZY, STEIN_READ_ZZ,
     STEIN_READ_WX, STEIN_READ_WY, STEIN_READ_WZ,
-    STEIN_READ_REACTION                                             /* index into reactions */
+    /* body index: plane angle against the fixed frame, of a body whose joints all turn about one axis,
+       as the sum of their angles [rad]: from +x towards +z, +x towards +y, +y towards +z */
+    STEIN_READ_ANGLE,
+    STEIN_READ_REACTION /* index into reactions */
 } stein_read_kind;
 /* clang-format on */
 
@@ -412,6 +422,19 @@ typedef struct stein_tie {
     int axis;  /* 0 x, 1 y, 2 z, -1 none */
     int ratio; /* d index, -1: no coupling */
 } stein_tie;
+
+/** Is it a reading of the attitude of a body? */
+static inline int stein_reads_attitude(int read)
+{
+    return read >= STEIN_READ_ROLL && read <= STEIN_READ_WZ;
+}
+
+/** Is it a reading of where something is: a joint, a body in its plane, a point, a gap? */
+static inline int stein_reads_place(int read)
+{
+    return read == STEIN_READ_POSITION || (read >= STEIN_READ_X && read <= STEIN_READ_Z) ||
+           read == STEIN_READ_GAP || read == STEIN_READ_ANGLE;
+}
 
 /** An output channel: sign * (reading - reading in the initial state if from_rest). */
 typedef struct stein_channel {

@@ -18,12 +18,13 @@ static void print_bodies(const mechanism *m)
         if (b->lead) {
             continue;
         }
-        printf("  %-16s %-4s on %-12s %s%s%s%s%s\n", b->name, check__joint_text(joint, b),
+        printf("  %-16s %-4s on %-12s %s%s%s%s%s%s%s\n", b->name, check__joint_text(joint, b),
                check__parent_name(m, i), cli_quantity(mass, b->mass.value, "kg"),
                check__acts(b->joint, STEIN_JOINT_K) ? ", spring" : "",
                check__acts(b->joint, STEIN_JOINT_B) ? ", damping" : "",
                check__friction_text(b->joint, STEIN_JOINT_FRICTION, b->sticks),
-               b->limited ? ", limits" : "");
+               b->limited ? ", limits" : "", b->armature.value > 0.0 ? ", armature" : "",
+               b->has_motor ? ", motor" : "");
     }
 }
 

@@ -72,7 +72,8 @@ const char *check__input_target(const mechanism *m, const mech_input *in)
 
 const char *check__input_kind(int kind)
 {
-    return kind == STEIN_INPUT_MOTION ? "motion" : kind == STEIN_INPUT_POINT ? "force" : "torque";
+    static const char *const name[] = {"torque", "force", "motion", "voltage"};
+    return name[kind];
 }
 
 /* what an output reads of; energies are those of the mechanism */
@@ -119,6 +120,7 @@ const char *check__output_kind(int read)
                                        "wx",
                                        "wy",
                                        "wz",
+                                       "angle",
                                        "reaction"};
     return text[read];
 }

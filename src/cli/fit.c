@@ -77,7 +77,7 @@ static int read_options(job *j)
     int code = read_names(j);
     code = code == CLI_OK ? cli_threads(j->args, &j->def.threads) : code;
     code = code == CLI_OK ? cli_count(j->args, "starts", LAB_FIT_STARTS, &j->def.starts) : code;
-    code = code == CLI_OK ? read_quantity(j, "prior", (mech_dim){0, 0, 0, 0}, &j->def.prior) : code;
+    code = code == CLI_OK ? read_quantity(j, "prior", (mech_dim){.kg = 0}, &j->def.prior) : code;
     code = code == CLI_OK ? read_quantity(j, "offset", (mech_dim){.m = 1}, &j->def.offset) : code;
     code = code == CLI_OK ? read_quantity(j, "trigger", (mech_dim){.s = 1}, &j->def.trigger) : code;
     if (code == CLI_OK && !(j->def.prior > 0.0)) {

@@ -33,7 +33,7 @@ static int read_options(job *j)
     j->folder = cli_value(j->args, "output");
     if (odds != NULL) {
         double value = 0.0;
-        if (mech_parse_quantity(odds, (mech_dim){0, 0, 0, 0}, &value, &err) != STEIN_OK ||
+        if (mech_parse_quantity(odds, (mech_dim){.kg = 0}, &value, &err) != STEIN_OK ||
             !(value > 1.0 && value <= 1e6)) {
             return cli_misuse(j->args->command, "--odds %s: expected a number from 1 to 1e6", odds);
         }

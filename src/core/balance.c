@@ -176,6 +176,8 @@ static double power_of_inputs(stein_balance *b, stein_sim *sim)
         }
         if (input->kind == STEIN_INPUT_JOINT) {
             brought[i] = u * sim->xqd[j];
+        } else if (input->kind == STEIN_INPUT_VOLTAGE) {
+            brought[i] = u * sim->d[input->direction] * sim->xqd[j];
         } else if (input->kind == STEIN_INPUT_POINT) {
             const double *n = sim->d + input->direction;
             double x[3], v[3];

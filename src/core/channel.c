@@ -43,6 +43,18 @@ static double needed_force(stein_sim *sim, int input)
     return sim->c[joint] - sim->Q[joint];
 }
 
+/* the angle of a body as drawn: without jumps, since coordinates have none */
+static double plane_angle(const stein_sim *sim, int body)
+{
+    double sum = 0.0;
+    for (int i = body; i >= 0; i = sim->model->bodies[i].parent) {
+        const stein_body *b = &sim->model->bodies[i];
+        int sense = b->axis == 'y' ? -b->sign : b->sign; // +y turns clockwise as drawn
+        sum += b->type == 'R' ? sense * sim->xq[i] : 0.0;
+    }
+    return sum;
+}
+
 /* the reading of a channel before sign and zero */
 static double reading(stein_sim *sim, const stein_channel *channel)
 {
@@ -74,6 +86,7 @@ static double reading(stein_sim *sim, const stein_channel *channel)
     case STEIN_READ_POTENTIAL:
         model->energy(sim->xq, sim->xqd, sim->sc, sim->d, e);
         return e[channel->read == STEIN_READ_POTENTIAL];
+    case STEIN_READ_ANGLE: return plane_angle(sim, i);
     case STEIN_READ_REACTION: return stein__reaction(sim, i);
     default: return stein__attitude(sim, channel->read, i);
     }
@@ -119,18 +132,9 @@ static int is_off(const stein_sim *sim, const stein_channel *channel)
 /* a camera sees no forces: the poses are enough for it, an eighth of an evaluation */
 static int shows_place(const stein_channel *channel)
 {
-    switch (channel->read) {
-    case STEIN_READ_POSITION:
-    case STEIN_READ_SPEED:
-    case STEIN_READ_X:
-    case STEIN_READ_Y:
-    case STEIN_READ_Z:
-    case STEIN_READ_VX:
-    case STEIN_READ_VY:
-    case STEIN_READ_VZ:
-    case STEIN_READ_GAP: return 1;
-    default: return stein__reads_attitude((int)channel->read);
-    }
+    int read = (int)channel->read;
+    return stein_reads_place(read) || stein_reads_attitude(read) || read == STEIN_READ_SPEED ||
+           (read >= STEIN_READ_VX && read <= STEIN_READ_VZ);
 }
 
 /* what a reading of the current state needs */

@@ -29,10 +29,4 @@ static inline int stein__in_space(const stein_model *model)
     return any;
 }
 
-/** Is it a reading of the attitude of a body? */
-static inline int stein__reads_attitude(int read)
-{
-    return read >= STEIN_READ_ROLL && read <= STEIN_READ_WZ;
-}
-
 #endif

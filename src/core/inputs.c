@@ -24,6 +24,8 @@ INNER void stein__inputs(stein_sim *sim)
         real u = sim->ustate[3 * i]; // 0 without a signal
         if (input->kind == STEIN_INPUT_JOINT) {
             sim->Q[input->index] += u;
+        } else if (input->kind == STEIN_INPUT_VOLTAGE) {
+            sim->Q[input->index] += u * sim->d[input->direction];
         } else if (input->kind == STEIN_INPUT_POINT && any(has_signal(sim, i))) {
             const real *direction = sim->d + input->direction;
             real f[3] = {u * direction[0], u * direction[1], u * direction[2]};

@@ -345,6 +345,8 @@ void stein__linear_force(const stein_linear *l, int i, double *force)
     memset(force, 0, sizeof *force * (size_t)nq);
     if (input->kind == STEIN_INPUT_JOINT) {
         force[input->index] = gain;
+    } else if (input->kind == STEIN_INPUT_VOLTAGE) {
+        force[input->index] = gain * d[input->direction];
     } else if (input->kind == STEIN_INPUT_POINT) {
         const double *J = l->points + 9 * model->npoint + 3 * input->index * nq;
         for (int j = 0; j < 3 * nq; j++) {

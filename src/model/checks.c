@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: MIT
  * checks.c - what can only be judged with all numbers at hand: inertias, mass matrix, extents.
  *
- * The mass matrix is built here from body Jacobians, M = sum m Jv^T Jv + Jw^T I Jw, at a few fixed
- * but arbitrary configurations. That is slower than the generator's recursion and shares nothing
- * with it. A joint whose pivot vanishes in all of them has nothing to accelerate.
+ * The mass matrix is built here from body Jacobians, M = sum m Jv^T Jv + Jw^T I Jw +
+ * diag(armature), at a few fixed but arbitrary configurations. That is slower than the generator's
+ * recursion and shares nothing with it. A joint whose pivot vanishes in all of them has nothing to
+ * accelerate.
  */
 #include <math.h>
 #include <stdint.h>
@@ -134,6 +135,8 @@ static void add_body(const mechanism *m, const pose *at, int body, double M[N][N
     double mass = b->mass.value;
     double inertia = b->inertia[0].value + b->inertia[1].value + b->inertia[2].value;
 
+    M[body][body] += b->armature.value;
+    scale[body] += b->armature.value;
     for (int i = body; i >= 0; i = m->bodies[i].parent) {
         int turns_i = m->bodies[i].type == 'R';
         vec arm = sub(at->c[body], at->p[i]);

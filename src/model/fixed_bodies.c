@@ -91,7 +91,7 @@ static void move_references(mechanism *m, const moved *w)
         mech_channel *c = &m->channels[i];
         int of_joint = c->read == STEIN_READ_REACTION && !c->loop;
         if ((c->read >= STEIN_READ_POSITION && c->read <= STEIN_READ_ACCELERATION) ||
-            stein__reads_attitude(c->read) || of_joint) {
+            stein_reads_attitude(c->read) || c->read == STEIN_READ_ANGLE || of_joint) {
             move_body(w, &c->index);
         }
         move_body(w, &c->axes);

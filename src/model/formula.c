@@ -90,15 +90,17 @@ static int at_tolerance(const char *s)
 /** Dimension a * b^sign, checked against overflow of its exponents. */
 static mech_dim times(parser *p, mech_dim a, mech_dim b, int sign, const char *place)
 {
-    int e[] = {a.kg + sign * b.kg, a.m + sign * b.m, a.s + sign * b.s, a.rad + sign * b.rad};
+    int e[] = {a.kg + sign * b.kg, a.m + sign * b.m, a.s + sign * b.s, a.rad + sign * b.rad,
+               a.A + sign * b.A};
 
-    for (int i = 0; i < 4; i++) {
+    for (int i = 0; i < 5; i++) {
         if (e[i] > MAX_POWER || e[i] < -MAX_POWER) {
             fail(p, place, "the powers of the unit become too large");
             e[i] = 0;
         }
     }
-    return (mech_dim){(signed char)e[0], (signed char)e[1], (signed char)e[2], (signed char)e[3]};
+    return (mech_dim){(signed char)e[0], (signed char)e[1], (signed char)e[2], (signed char)e[3],
+                      (signed char)e[4]};
 }
 
 static operand add(parser *p, operand a, operand b, const char *place)
@@ -137,7 +139,7 @@ static operand number(parser *p)
 {
     mech__quantity q;
     const char *bad, *start = p->at;
-    operand r = {{0, 0, 0, 0}, 0, 1, 0, 0};
+    operand r = {.literal = 1};
     char why[MECH__WHY] = "";
     int used = mech__quantity_at(p->at, &q, why, &bad);
 
@@ -156,7 +158,7 @@ static operand number(parser *p)
 
 static operand call(parser *p, size_t length, const char *name)
 {
-    operand r = {{0, 0, 0, 0}, 0, 0, 0, 0};
+    operand r = {.wild = 0};
 
     for (size_t i = 0; i < sizeof functions / sizeof functions[0]; i++) {
         if (strlen(functions[i].name) != length || memcmp(functions[i].name, name, length) != 0) {
@@ -165,13 +167,14 @@ static operand call(parser *p, size_t length, const char *name)
         operand x = sum(p);
         int root = functions[i].op == MECH_OP_SQRT;
 
-        if (!root && !x.wild && !mech__dim_same(x.dim, (mech_dim){0, 0, 0, 0})) {
+        if (!root && !x.wild && !mech__dim_same(x.dim, (mech_dim){.kg = 0})) {
             fail(p, name, "a function of an angle needs a pure number or an angle");
-        } else if (root && (x.dim.kg % 2 || x.dim.m % 2 || x.dim.s % 2)) {
+        } else if (root && (x.dim.kg % 2 || x.dim.m % 2 || x.dim.s % 2 || x.dim.A % 2)) {
             fail(p, name, "the root of a unit with odd powers");
         } else if (root) {
             r.dim = (mech_dim){(signed char)(x.dim.kg / 2), (signed char)(x.dim.m / 2),
-                               (signed char)(x.dim.s / 2), (signed char)(x.dim.rad / 2)};
+                               (signed char)(x.dim.s / 2), (signed char)(x.dim.rad / 2),
+                               (signed char)(x.dim.A / 2)};
             r.wild = x.wild;
         }
         r.bare = x.bare;
@@ -185,7 +188,7 @@ static operand call(parser *p, size_t length, const char *name)
 /** "( sum )", with the function before it if there is one. */
 static operand bracket(parser *p, size_t length, const char *name)
 {
-    operand r = {{0, 0, 0, 0}, 0, 0, 0, 0};
+    operand r = {.wild = 0};
 
     if (++p->brackets > MECH__MAX_DEPTH) {
         fail(p, p->at, "brackets are nested too deeply");
@@ -225,7 +228,7 @@ static void unknown_reference(parser *p, const char *path, const char *place)
 
 static operand reference(parser *p, const char *name, size_t length)
 {
-    operand r = {{0, 0, 0, 0}, 0, 0, 0, 0};
+    operand r = {.wild = 0};
     mech__expr e = {0};
     char *path = mech__alloc(p->rd, length + 1);
 
@@ -251,7 +254,7 @@ static operand reference(parser *p, const char *name, size_t length)
 
 static operand atom(parser *p)
 {
-    operand none = {{0, 0, 0, 0}, 0, 0, 0, 0};
+    operand none = {.wild = 0};
     const char *name = p->at;
     size_t n = 0;
 

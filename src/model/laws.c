@@ -175,25 +175,39 @@ static void read_law(mech__reader *rd, mech_scalar *to, const law_entry *law, in
 void mech__joint_law(mech__reader *rd, mech_body *b, const mech__node *entry)
 {
     int slides = b->type == 'T';
+    const mech__node *motor = mech__get(entry, "motor");
+    mech_scalar *law = motor ? mech__alloc(rd, STEIN_JOINT_SIZE * sizeof *law) : b->joint;
 
-    read_law(rd, b->joint, joint_law, STEIN_JOINT_SIZE, slides,
+    if (!law) {
+        return;
+    }
+    read_law(rd, law, joint_law, STEIN_JOINT_SIZE, slides,
              slides ? "a sliding joint" : "a turning joint", entry, b->name);
     b->sticks = read_stick(rd, entry);
+    if (motor) {
+        mech__motor(rd, b, motor, law);
+    }
 }
 
-/** A stop for whose stiffness the file has no number: the body alone swings on it with 100 Hz. */
+/** A stop for whose stiffness the file has no number: the body alone, with its armature, swings on
+ * it with 100 Hz. */
 static const char *usual_stiffness(mech__reader *rd, const mech_body *b)
 {
+    int geared = mech__get(rd->body_node[b - rd->m->bodies], "armature") != NULL;
+    const char *rotor = geared ? mech__print(rd, " + %s.armature", b->name) : "";
     static const char *const across[3][2] = {{"y", "z"}, {"x", "z"}, {"x", "y"}};
     const char *n = b->name, *const *c = across[b->axis - 'x'];
     const char axis[3] = {b->axis, b->axis, '\0'};
 
     return b->type == 'T'
-               ? mech__print(rd, "394784.17604357434 Hz^2 * %s.mass", n)
+               ? mech__print(rd,
+                             geared ? "394784.17604357434 Hz^2 * (%s.mass%s)"
+                                    : "394784.17604357434 Hz^2 * %s.mass%s",
+                             n, rotor ? rotor : "")
                : mech__print(rd,
                              "394784.17604357434 Hz^2 * (%s.inertia.%s + %s.mass * (%s.centre.%s * "
-                             "%s.centre.%s + %s.centre.%s * %s.centre.%s))",
-                             n, axis, n, n, c[0], n, c[0], n, c[1], n, c[1]);
+                             "%s.centre.%s + %s.centre.%s * %s.centre.%s)%s)",
+                             n, axis, n, n, c[0], n, c[0], n, c[1], n, c[1], rotor ? rotor : "");
 }
 
 void mech__limits(mech__reader *rd, mech_body *b, const mech__node *node)
@@ -268,11 +282,11 @@ void mech__sensor_law(mech__reader *rd, mech_channel *c, const mech__node *entry
 {
     law_entry law[STEIN_SENSOR_SIZE];
     char inverse[MECH_UNIT];
-    mech_dim dim = {0, 0, 0, 0};
+    mech_dim dim = {.kg = 0};
 
     mech_parse_unit(c->unit, &dim, NULL);
     dim = (mech_dim){(signed char)-dim.kg, (signed char)-dim.m, (signed char)-dim.s,
-                     (signed char)-dim.rad};
+                     (signed char)-dim.rad, (signed char)-dim.A};
     mech__unit_text(dim, inverse);
     memcpy(law, sensor_law, sizeof law);
     const char *square = mech__print(rd, "%s", inverse);

@@ -20,10 +20,10 @@ enum { MECH_NAME = 33, MECH_PATH = 100, MECH_UNIT = 24, MECH_STACK = 16 };
 /** Most bodies of a mechanism. */
 enum { MECH_BODIES = 220 };
 
-/** Dimension of a quantity: exponents of kg, m, s and of the angle (for units only: an angle is a
- *  pure number in formulas). */
+/** Dimension of a quantity: exponents of kg, m, s, of the angle (for units only: an angle is a pure
+ *  number in formulas) and of A. */
 typedef struct mech_dim {
-    signed char kg, m, s, rad;
+    signed char kg, m, s, rad, A;
 } mech_dim;
 
 typedef enum { MECH_ZERO, MECH_PARAM, MECH_FORMULA } mech_kind;
@@ -98,8 +98,11 @@ typedef struct mech_body {
     mech_scalar mass, centre[3];
     mech_scalar inertia[6];              /* xx yy zz xy xz yz about the centre of mass [kg m^2] */
     mech_scalar joint[STEIN_JOINT_SIZE]; /* what acts in the joint itself */
-    mech_scalar q0, qd0;                 /* initial state */
-    int limited;                         /* it has stops */
+    mech_scalar armature; /* of a rotor behind a gear, as the joint has it [kg m^2 or kg] */
+    int has_motor;        /* its back-EMF is in the damping of `joint` */
+    mech_scalar per_volt; /* force of the motor in the joint [N m/V or N/V] */
+    mech_scalar q0, qd0;  /* initial state */
+    int limited;          /* it has stops */
     mech_scalar limit[STEIN_LIMIT_SIZE];
     int sticks; /* its friction does */
     int line, column;
@@ -187,9 +190,9 @@ typedef struct mech_loop {
 typedef struct mech_input {
     char name[MECH_NAME];
     char unit[MECH_UNIT];
-    int kind;  /* stein_input_kind */
-    int index; /* body or point */
-    mech_scalar direction[3];
+    int kind;                 /* stein_input_kind */
+    int index;                /* body or point */
+    mech_scalar direction[3]; /* of a force at a point; VOLTAGE: [0] is the joint's per_volt */
     mech_scalar signal[STEIN_SIGNAL_SIZE];
     int hold;
 } mech_input;

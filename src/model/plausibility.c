@@ -55,7 +55,7 @@ static int read_written(const mech__slot *slot, written *w)
 }
 
 /* masses and lengths: stiffnesses and inertias of one mechanism differ by any factor */
-static const mech_dim kilogram = {1, 0, 0, 0}, metre = {0, 1, 0, 0};
+static const mech_dim kilogram = {.kg = 1}, metre = {.m = 1};
 
 /** What a file writes with units. */
 typedef struct habits {

@@ -319,6 +319,11 @@ int mech__contact_sticks(mech__reader *rd, const mech__node *entry, const char *
 void mech__input_law(mech__reader *rd, mech_input *in, const mech__node *entry);
 void mech__sensor_law(mech__reader *rd, mech_channel *c, const mech__node *entry);
 
+/* --- motor.c --- */
+
+/** `motor` of a joint whose laws are [STEIN_JOINT_SIZE] without it. */
+void mech__motor(mech__reader *rd, mech_body *b, const mech__node *node, const mech_scalar *law);
+
 /* --- checks.c --- */
 
 /** What can only be judged with all numbers at hand: inertias, mass matrix, extents. */

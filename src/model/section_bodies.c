@@ -373,6 +373,8 @@ static void read_joint_numbers(mech__reader *rd, mech_body *b, const mech__node 
     if (guess && mech__get(initial, "position")) {
         mech__problem_at(rd, guess->key, "position and guess exclude each other");
     }
+    mech__number(rd, &b->armature, turns ? "kg m^2" : "kg", MECH__VANISHES | MECH__NOT_NEGATIVE,
+                 mech__get(entry, "armature"), 0.0, "%s.armature", b->name);
     mech__number(rd, &b->q0, turns ? "rad" : "m", 0, guess ? guess : mech__get(initial, "position"),
                  0.0, guess ? "%s.initial.guess" : "%s.initial.position", b->name);
     mech__number(rd, &b->qd0, turns ? "rad/s" : "m/s", 0, mech__get(initial, "speed"), 0.0,
@@ -386,16 +388,17 @@ static void read_body(mech__reader *rd, int index)
     int fixed = b->type == MECH__FIXED;
     char *base = mech__print(rd, "%s.centre", b->name);
 
-    mech__keys(
-        rd, entry,
-        fixed     ? "a fixed body"
-        : b->free ? "a free body"
-        : b->ball ? "a body on a ball"
-                  : "a body",
-        fixed     ? "parent joint at mass centre inertia points"
-        : b->ball ? "parent joint at mass centre inertia initial points"
-                  : "parent part_of joint at mass centre inertia pendulum spring damping "
-                    "friction drag preload coulomb backlash asymmetry initial points mimic limits");
+    mech__keys(rd, entry,
+               fixed     ? "a fixed body"
+               : b->free ? "a free body"
+               : b->ball ? "a body on a ball"
+                         : "a body",
+               fixed ? "parent joint at mass centre inertia points"
+               : b->ball
+                   ? "parent joint at mass centre inertia initial points"
+                   : "parent part_of joint at mass centre inertia pendulum spring damping "
+                     "friction drag preload coulomb backlash asymmetry initial points mimic limits "
+                     "armature motor");
     if (!base) {
         return;
     }

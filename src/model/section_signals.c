@@ -19,7 +19,7 @@ static const readable readables[] = {
     {"contact", "reading of a contact", "gap force friction", STEIN_READ_GAP},
     {"notch", "reading of a notch", "force phase overlap", STEIN_READ_NOTCH_FORCE},
     {"input", "reading of an input", "value force", STEIN_READ_INPUT},
-    {"body", "reading of a body", "roll pitch yaw xx xy xz yx yy yz zx zy zz wx wy wz",
+    {"body", "reading of a body", "roll pitch yaw xx xy xz yx yy yz zx zy zz wx wy wz angle",
      STEIN_READ_ROLL},
     {"loop", "reading of a loop or coupling", "reaction", STEIN_READ_REACTION},
 };
@@ -125,17 +125,34 @@ static void read_motion(mech__reader *rd, mech_input *in, const mech__node *entr
     }
 }
 
+static void read_voltage(mech__reader *rd, mech_input *in, const mech__node *node)
+{
+    const mech_body *b = in->index >= 0 ? &rd->m->bodies[in->index] : NULL;
+
+    if (b && !b->has_motor) {
+        mech__problem_at(rd, node,
+                         "the joint %s has no motor, expected motor: {torque_constant: .., "
+                         "resistance: .., gear: ..} in that body, or torque instead of voltage",
+                         b->name);
+    } else if (b) {
+        mech__repeat(rd, &in->direction[0], &b->per_volt);
+    }
+}
+
 static void read_input(mech__reader *rd, mech_input *in, const mech__node *entry)
 {
-    static const char *const keys[] = {"torque", "force", "motion"}; /* stein_input_kind */
-    int kind = only_one(rd, entry, keys, 3, "an input needs exactly one of force, torque, motion");
+    static const char *const keys[] = {"torque", "force", "motion",
+                                       "voltage"}; /* stein_input_kind */
+    int kind = only_one(rd, entry, keys, 4,
+                        "an input needs exactly one of force, torque, motion, voltage");
 
     mech__name_copy(in->name, sizeof in->name, entry->key->text);
     mech__keys(rd, entry, "an input",
                kind == 0   ? "torque gain delay"
                : kind == 1 ? "force direction gain delay"
                : kind == 2 ? "motion idle gain delay"
-                           : "force direction torque motion idle gain delay");
+               : kind == 3 ? "voltage gain delay"
+                           : "force direction torque motion voltage idle gain delay");
     mech__input_law(rd, in, entry);
     in->index = -1;
     if (kind < 0) {
@@ -151,6 +168,9 @@ static void read_input(mech__reader *rd, mech_input *in, const mech__node *entry
         read_direction(rd, in, entry);
     } else if (kind == STEIN_INPUT_JOINT) {
         set_unit(in->unit, turns ? "N m" : "N");
+    } else if (kind == STEIN_INPUT_VOLTAGE) {
+        set_unit(in->unit, "V");
+        read_voltage(rd, in, mech__get(entry, keys[kind]));
     } else {
         set_unit(in->unit, turns ? "rad" : "m");
         read_motion(rd, in, entry);
@@ -198,7 +218,8 @@ static const char *channel_unit(const mechanism *m, const mech_channel *c)
     case STEIN_READ_POTENTIAL: return "J";
     case STEIN_READ_ROLL:
     case STEIN_READ_PITCH:
-    case STEIN_READ_YAW: return "rad";
+    case STEIN_READ_YAW:
+    case STEIN_READ_ANGLE: return "rad";
     default: return c->read >= STEIN_READ_WX ? "rad/s" : c->read >= STEIN_READ_XX ? "1" : "m";
     }
 }
@@ -257,6 +278,29 @@ static int find_joint(mech__reader *rd, const mech__node *node, int reaction)
     return mech__body_ref(rd, node, 0, &body) ? -1 : body;
 }
 
+/** A body has a plane angle when all joints that turn it do so about one axis. */
+static int check_plane(mech__reader *rd, const mech__node *node, int body)
+{
+    const mech_body *all = rd->m->bodies, *first = NULL;
+
+    for (int i = body; i >= 0; i = all[i].parent) {
+        if (all[i].type == 'R' && first && all[i].axis != first->axis) {
+            mech__problem_at(rd, node,
+                             "%s turns in space, about %c and %c, and has no angle in a plane, "
+                             "expected roll, pitch, yaw or an element of its attitude (xx .. zz)",
+                             all[body].name, all[i].axis, first->axis);
+            return -1;
+        }
+        first = all[i].type == 'R' && !first ? &all[i] : first;
+    }
+    if (!first) {
+        mech__problem_at(rd, node,
+                         "%s does not turn, expected a body with a joint R on its way to the frame",
+                         all[body].name);
+    }
+    return first ? 0 : -1;
+}
+
 /** What a channel reads, and of which thing. @return 0 when both are known */
 static int read_source(mech__reader *rd, mech_channel *c, const mech__node *entry)
 {
@@ -299,6 +343,9 @@ static int read_source(mech__reader *rd, mech_channel *c, const mech__node *entr
     if (c->read == STEIN_READ_INPUT_FORCE && rd->m->inputs[c->index].kind != STEIN_INPUT_MOTION) {
         mech__problem_at(rd, read, "only a motion input has a force of its own, expected value");
         return -1;
+    }
+    if (c->read == STEIN_READ_ANGLE) {
+        return check_plane(rd, mech__get(entry, r->key), c->index);
     }
     return kind == INPUT && rd->m->inputs[c->index].index < 0 ? -1 : 0;
 }
@@ -343,7 +390,7 @@ static void read_time(mech__reader *rd, const mech__node *map, const char *key, 
 {
     const mech__node *node = mech__get(map, key);
     const char *text = node ? mech__text(rd, node, key) : NULL;
-    const mech_dim seconds = {0, 0, 1, 0};
+    const mech_dim seconds = {.s = 1};
     stein_err err = {STEIN_OK, ""};
     double t = 0.0;
 
@@ -380,11 +427,10 @@ static void read_tolerance(mech__reader *rd, const mech__node *map)
     if (c == NULL) {
         mech__problem_at(rd, entry->key, "no output \"%s\", expected one of this file",
                          mech__shown(rd, entry->key->text));
-    } else if (c->read != STEIN_READ_POSITION && c->read != STEIN_READ_GAP &&
-               c->read != STEIN_READ_X && c->read != STEIN_READ_Y && c->read != STEIN_READ_Z) {
+    } else if (!stein_reads_place(c->read)) {
         mech__problem_at(rd, entry->key,
-                         "a tolerance in \"%s\", expected an output that reads a position, x, y, z "
-                         "or gap",
+                         "a tolerance in \"%s\", expected an output that reads a position, angle, "
+                         "x, y, z or gap",
                          c->name);
     } else if (text == NULL || mech_parse_unit(c->unit, &dim, NULL) != 0) {
         return; // told already

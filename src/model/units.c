@@ -25,26 +25,34 @@ enum { MAX_EXPONENT = 20, MAX_DIGITS = 60, UNIT_NAME = 8 };
 
 typedef struct unit {
     const char *name;
-    signed char kg, m, s, rad;
+    signed char kg, m, s, rad, A;
     signed char exp10; /* power of ten of the factor */
     signed char deg;   /* power of pi/180 */
 } unit;
 
 static const unit units[] = {
-    {"m", 0, 1, 0, 0, 0, 0},     {"mm", 0, 1, 0, 0, -3, 0},   {"um", 0, 1, 0, 0, -6, 0},
-    {"cm", 0, 1, 0, 0, -2, 0},   {"km", 0, 1, 0, 0, 3, 0},    {"kg", 1, 0, 0, 0, 0, 0},
-    {"g", 1, 0, 0, 0, -3, 0},    {"mg", 1, 0, 0, 0, -6, 0},   {"s", 0, 0, 1, 0, 0, 0},
-    {"ms", 0, 0, 1, 0, -3, 0},   {"us", 0, 0, 1, 0, -6, 0},   {"rad", 0, 0, 0, 1, 0, 0},
-    {"mrad", 0, 0, 0, 1, -3, 0}, {"deg", 0, 0, 0, 1, 0, 1},   {"Hz", 0, 0, -1, 0, 0, 0},
-    {"kHz", 0, 0, -1, 0, 3, 0},  {"N", 1, 1, -2, 0, 0, 0},    {"mN", 1, 1, -2, 0, -3, 0},
-    {"kN", 1, 1, -2, 0, 3, 0},   {"J", 1, 2, -2, 0, 0, 0},    {"mJ", 1, 2, -2, 0, -3, 0},
-    {"Pa", 1, -1, -2, 0, 0, 0},  {"kPa", 1, -1, -2, 0, 3, 0}, {"MPa", 1, -1, -2, 0, 6, 0},
+    {"m", 0, 1, 0, 0, 0, 0, 0},      {"mm", 0, 1, 0, 0, 0, -3, 0},
+    {"um", 0, 1, 0, 0, 0, -6, 0},    {"cm", 0, 1, 0, 0, 0, -2, 0},
+    {"km", 0, 1, 0, 0, 0, 3, 0},     {"kg", 1, 0, 0, 0, 0, 0, 0},
+    {"g", 1, 0, 0, 0, 0, -3, 0},     {"mg", 1, 0, 0, 0, 0, -6, 0},
+    {"s", 0, 0, 1, 0, 0, 0, 0},      {"ms", 0, 0, 1, 0, 0, -3, 0},
+    {"us", 0, 0, 1, 0, 0, -6, 0},    {"rad", 0, 0, 0, 1, 0, 0, 0},
+    {"mrad", 0, 0, 0, 1, 0, -3, 0},  {"deg", 0, 0, 0, 1, 0, 0, 1},
+    {"Hz", 0, 0, -1, 0, 0, 0, 0},    {"kHz", 0, 0, -1, 0, 0, 3, 0},
+    {"N", 1, 1, -2, 0, 0, 0, 0},     {"mN", 1, 1, -2, 0, 0, -3, 0},
+    {"kN", 1, 1, -2, 0, 0, 3, 0},    {"J", 1, 2, -2, 0, 0, 0, 0},
+    {"mJ", 1, 2, -2, 0, 0, -3, 0},   {"Pa", 1, -1, -2, 0, 0, 0, 0},
+    {"kPa", 1, -1, -2, 0, 0, 3, 0},  {"MPa", 1, -1, -2, 0, 0, 6, 0},
+    {"A", 0, 0, 0, 0, 1, 0, 0},      {"mA", 0, 0, 0, 0, 1, -3, 0},
+    {"V", 1, 2, -3, 0, -1, 0, 0},    {"mV", 1, 2, -3, 0, -1, -3, 0},
+    {"ohm", 1, 2, -3, 0, -2, 0, 0},  {"mohm", 1, 2, -3, 0, -2, -3, 0},
+    {"kohm", 1, 2, -3, 0, -2, 3, 0},
 };
 enum { NUNITS = sizeof units / sizeof units[0] };
 
 /** A unit while it is read: exponents are int, so that they can be checked before they are cut. */
 typedef struct product {
-    int kg, m, s, rad, exp10, deg;
+    int kg, m, s, rad, A, exp10, deg;
 } product;
 
 static int is_digit(char c)
@@ -137,7 +145,7 @@ static void unknown_unit(const char *s, size_t n, char why[MECH__WHY])
     } else {
         snprintf(why, MECH__WHY,
                  "unknown unit \"%s\", expected one of m mm um cm km kg g mg s ms "
-                 "us rad mrad deg Hz kHz N mN kN J mJ Pa kPa MPa",
+                 "us rad mrad deg Hz kHz N mN kN J mJ Pa kPa MPa A mA V mV ohm mohm kohm",
                  word);
     }
 }
@@ -178,10 +186,11 @@ static int factor_at(const char *s, int sign, product *u, char why[MECH__WHY])
     u->m += power * f->m;
     u->s += power * f->s;
     u->rad += power * f->rad;
+    u->A += power * f->A;
     u->exp10 += power * f->exp10;
     u->deg += power * f->deg;
     if (abs(power) > MAX_EXPONENT || abs(u->kg) > MAX_EXPONENT || abs(u->m) > MAX_EXPONENT ||
-        abs(u->s) > MAX_EXPONENT || abs(u->rad) > MAX_EXPONENT) {
+        abs(u->s) > MAX_EXPONENT || abs(u->rad) > MAX_EXPONENT || abs(u->A) > MAX_EXPONENT) {
         snprintf(why, MECH__WHY, "the powers of the unit are too large");
         return -1;
     }
@@ -241,7 +250,8 @@ static int unit_at(const char *s, product *u, char why[MECH__WHY], const char **
 
 static mech_dim product_dim(const product *u)
 {
-    mech_dim dim = {(signed char)u->kg, (signed char)u->m, (signed char)u->s, (signed char)u->rad};
+    mech_dim dim = {(signed char)u->kg, (signed char)u->m, (signed char)u->s, (signed char)u->rad,
+                    (signed char)u->A};
 
     return dim;
 }
@@ -354,7 +364,7 @@ int mech__quantity_at(const char *s, mech__quantity *q, char why[MECH__WHY], con
 {
     size_t mantissa = 0;
     size_t n = number_length(s, &mantissa);
-    product u = {0, 0, 0, 0, 0, 0};
+    product u = {.kg = 0};
     int used;
 
     *bad = s;
@@ -395,7 +405,7 @@ int mech__quantity_at(const char *s, mech__quantity *q, char why[MECH__WHY], con
 
 int mech__dim_same(mech_dim a, mech_dim b)
 {
-    return a.kg == b.kg && a.m == b.m && a.s == b.s;
+    return a.kg == b.kg && a.m == b.m && a.s == b.s && a.A == b.A;
 }
 
 int mech__dim_fits(mech_dim found, mech_dim expected)
@@ -417,15 +427,15 @@ static void append_power(char text[MECH_UNIT], const char *before, const char *n
 void mech__unit_text(mech_dim dim, char text[MECH_UNIT])
 {
     static const char *const usual[] = {
-        "1",       "rad",    "m",     "kg",    "s",         "N",   "N m",   "N m/rad",
-        "N/m",     "N/m^2",  "N/m^3", "N s/m", "N m s/rad", "m/s", "rad/s", "m/s^2",
-        "rad/s^2", "kg m^2", "s/m",   "1/s",   "1/m",       "N s",
+        "1",     "rad",   "m",     "kg",        "s",   "N",     "N m",   "N m/rad", "N/m",
+        "N/m^2", "N/m^3", "N s/m", "N m s/rad", "m/s", "rad/s", "m/s^2", "rad/s^2", "kg m^2",
+        "s/m",   "1/s",   "1/m",   "N s",       "V",   "A",     "ohm",   "N m/A",   "V s/rad",
     };
-    static const char *const names[] = {"kg", "m", "s", "rad"};
-    int power[] = {dim.kg, dim.m, dim.s, dim.rad};
+    static const char *const names[] = {"kg", "m", "s", "rad", "A"};
+    int power[] = {dim.kg, dim.m, dim.s, dim.rad, dim.A};
 
     for (size_t i = 0; i < sizeof usual / sizeof usual[0]; i++) {
-        mech_dim d = {0, 0, 0, 0};
+        mech_dim d = {.kg = 0};
 
         mech_parse_unit(usual[i], &d, NULL);
         if (memcmp(&d, &dim, sizeof d) == 0) {
@@ -434,7 +444,7 @@ void mech__unit_text(mech_dim dim, char text[MECH_UNIT])
         }
     }
     text[0] = '\0';
-    for (int i = 0; i < 4; i++) {
+    for (int i = 0; i < 5; i++) {
         if (power[i] > 0) {
             append_power(text, text[0] ? " " : "", names[i], power[i]);
         }
@@ -442,7 +452,7 @@ void mech__unit_text(mech_dim dim, char text[MECH_UNIT])
     if (text[0] == '\0') {
         snprintf(text, MECH_UNIT, "1");
     }
-    for (int i = 0; i < 4; i++) {
+    for (int i = 0; i < 5; i++) {
         if (power[i] < 0) {
             append_power(text, "/", names[i], -power[i]);
         }
@@ -453,7 +463,7 @@ int mech_parse_unit(const char *text, mech_dim *dim, double *factor)
 {
     char why[MECH__WHY];
     const char *bad;
-    product u = {0, 0, 0, 0, 0, 0};
+    product u = {.kg = 0};
     double value = 1.0;
     int used = 0;
 

@@ -20,6 +20,30 @@ static const double g = 9.81;
 
 /* ---- trees ---- */
 
+/* A rotor on a motor: (I + J) qdd = r k/R u - (r k)^2/R qd, seen as the angle of its body. */
+START_TEST(a_voltage_acts_through_gear_and_back_emf)
+{
+    linearised x = linear_begin("mechanism: motor\n"
+                                "gravity: [0, 0, 0]\n"
+                                "bodies:\n"
+                                "  arm: {joint: R -y, mass: 1 kg, inertia: {yy: 0.02 kg m^2}, "
+                                "armature: 0.03 kg m^2, motor: {torque_constant: 0.04 N m/A, "
+                                "resistance: 2 ohm, gear: 30}}\n"
+                                "inputs:\n"
+                                "  u: {voltage: arm}\n"
+                                "outputs:\n"
+                                "  seen: {body: arm, read: angle}\n");
+    double zero = 0.0, rk = 30.0 * 0.04, ohm = 2.0, inertia = 0.05;
+    linear_put(&x, &zero, NULL);
+    ck_assert_int_eq(x.s->ninput, 1);
+    ck_assert_close(x.s->B[1], rk / ohm / inertia, 1e-13, 0.0);
+    ck_assert_close(linear_A(&x, 1, 1), -rk * rk / ohm / inertia, 1e-13, 0.0);
+    ck_assert_close(fabs(x.s->C[0]), 1.0, 1e-9, 0.0);
+    ck_assert_double_lt(fabs(x.s->C[1]), 1e-9);
+    linear_end(&x);
+}
+END_TEST
+
 /* I q'' + b q' + m g d q = u; the file states I by 1.03 Hz */
 START_TEST(a_pendulum_has_the_poles_of_its_equation)
 {
@@ -416,6 +440,7 @@ Suite *linear_suite(void)
     TCase *tc = tcase_create("closed forms");
     tcase_set_timeout(tc, 60);
     tcase_add_unchecked_fixture(tc, make_folder, remove_folder);
+    tcase_add_test(tc, a_voltage_acts_through_gear_and_back_emf);
     tcase_add_test(tc, a_pendulum_has_the_poles_of_its_equation);
     tcase_add_test(tc, a_double_pendulum_has_its_two_modes);
     tcase_add_test(tc, a_pole_on_a_cart_has_its_unstable_pole);

@@ -3,6 +3,7 @@
  *
  * With R_k(q), r_k(q) from plain homogeneous transforms and the geometric Jacobians of every centre
  * of mass:  T = 1/2 qd' M qd,  M = sum m Jv'Jv + Jw' R I R' Jw,  V = -sum m g.r, and Lagrange
+ * (armatures are added to the diagonal of M)
  *      c_i = sum_j (dM_ij/dt) qd_j - 1/2 d(qd' M qd)/dq_i + dV/dq_i - Q_i
  * where d/dt along qd and d/dq_i are derivatives by dual numbers (exact, no step), and Q_i is the
  * virtual power of the external forces and moments. Nothing is shared with the generator: no
@@ -189,7 +190,10 @@ static void evaluate_along(const mechanism *m, const ref_state *s, const double 
     e->V = num(0.0);
     transforms(m, s->q, dir, f);
     for (int i = 0; i < m->nbody; i++) {
+        double armature;
+        numbers(m, &m->bodies[i].armature, 1, &armature);
         add_body(m, f, i, s, e, j, j + n);
+        e->M[(size_t)i * n + (size_t)i].a += armature;
     }
     free(f);
     free(j);
@@ -385,7 +389,7 @@ static mechanism *empty_tree(const char *name, int nbody)
     mechanism *m = calloc(1, sizeof *m);
     size_t n = (size_t)nbody;
     snprintf(m->name, sizeof m->name, "%s", name);
-    m->params = calloc(40 * n + 10, sizeof *m->params);
+    m->params = calloc(41 * n + 10, sizeof *m->params);
     m->bodies = calloc(n, sizeof *m->bodies);
     m->points = calloc(n + 1, sizeof *m->points);
     m->contacts = calloc(n, sizeof *m->contacts);
@@ -422,6 +426,13 @@ mechanism *ref_tree(const char *name, int nbody, int planar, unsigned long long 
         random_body(m, i, i % 3 ? 0.4 : 0.1, seed);
     }
     return m;
+}
+
+void ref_armatures(mechanism *m, unsigned long long *seed)
+{
+    for (int i = 0; i < m->nbody; i++) {
+        m->bodies[i].armature = random_scalar(m, 0.3, 0.05, 3.0, seed);
+    }
 }
 
 mechanism *ref_arm(const char *name, const char *axes, unsigned long long *seed)

@@ -33,6 +33,8 @@ void ref_state_free(ref_state *s);
 mechanism *ref_tree(const char *name, int nbody, int planar, unsigned long long *seed);
 /** A serial arm of n revolute joints about the given axes, all numbers non-zero. */
 mechanism *ref_arm(const char *name, const char *axes, unsigned long long *seed);
+/** Rotors behind the gears of about two thirds of its joints. */
+void ref_armatures(mechanism *m, unsigned long long *seed);
 void ref_tree_free(mechanism *m);
 
 #endif

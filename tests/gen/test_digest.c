@@ -216,6 +216,7 @@ static void bodies_count(const mechanism *m)
         numbers_count(m, &b->mass, 1, "mass");
         numbers_count(m, b->centre, 3, "centre");
         numbers_count(m, b->inertia, 6, "inertia");
+        numbers_count(m, &b->armature, 1, "armature");
         numbers_count(m, b->joint, STEIN_JOINT_SIZE, "forces of a joint");
         numbers_count(m, &b->q0, 1, "position in the beginning");
         numbers_count(m, &b->qd0, 1, "speed in the beginning");

@@ -136,6 +136,8 @@ START_TEST(graphs_agree_with_lagrange_on_random_trees)
         unsigned long long seed;
         mechanism *m = tree_number(k, &seed);
         check_by_graph(m, &seed);
+        ref_armatures(m, &seed);
+        check_by_graph(m, &seed);
         ref_tree_free(m);
     }
 }
@@ -147,6 +149,7 @@ START_TEST(graphs_agree_with_lagrange_where_joints_keep_their_angle)
     for (int k = 1; k < TREES; k += 7) {
         unsigned long long seed;
         mechanism *m = tree_number(k, &seed);
+        ref_armatures(m, &seed);
         for (int i = k % 2; i < m->nbody; i += 3) {
             m->bodies[i].ball = m->bodies[i].type == 'R';
         }
@@ -182,6 +185,9 @@ START_TEST(articulated_bodies_agree_with_lagrange)
                     m->params[m->nparam++].value = 0.7;
                 }
             }
+        }
+        if (k / 3 % 2 == 1) {
+            ref_armatures(m, &seed);
         }
         ref_out r = ref_out_new(n, m->npoint);
         ref_state s = ref_state_random(n, &seed);
@@ -478,6 +484,9 @@ START_TEST(compiled_trees_agree_with_lagrange)
     unsigned long long seed[TREES];
     for (int k = _i; k < TREES; k += 4) {
         m[k] = tree_number(k, &seed[k]);
+        if (k / 4 % 2 == 1) {
+            ref_armatures(m[k], &seed[k]);
+        }
         workshop_add(&w, m[k]);
     }
     workshop_build(&w, _i > 0);
@@ -524,6 +533,9 @@ static void check_articulated(const stein_model *model, const mechanism *m,
     for (int k = 0; k < 6; k++) {
         p[leaf->inertia[k].index] = 0.0;
     }
+    if (leaf->armature.kind == MECH_PARAM) {
+        p[leaf->armature.index] = 0.0;
+    }
     ck_assert_stein(stein_try_all(sim, p, err));
     ck_assert_int_eq(stein_acceleration(sim, 0.0, s.q, s.qd, qdd, &why), STEIN_ESINGULAR);
     ck_assert_msg(strstr(why.msg, model->bodies[n - 1].name) != NULL, "%s", why.msg);
@@ -538,16 +550,21 @@ static void check_articulated(const stein_model *model, const mechanism *m,
 
 START_TEST(long_chains_have_articulated_bodies)
 {
-    static const char *const axes[] = {"zyxzyxzyxzyxzyxzyx", "yyyyyyyyyyyyyyyyyyyyyyyy"};
+    static const char *const axes[] = {"zyxzyxzyxzyxzyxzyx", "yyyyyyyyyyyyyyyyyyyyyyyy",
+                                       "zyxzyyxzyxzxyxzyxz"};
+    static const char *const name[] = {"winding", "hanging", "geared"};
     workshop w = workshop_open();
-    mechanism *m[2];
+    mechanism *m[3];
     unsigned long long seed = 1983;
-    for (int k = 0; k < 2; k++) {
-        m[k] = ref_arm(k == 0 ? "winding" : "hanging", axes[k], &seed);
+    for (int k = 0; k < 3; k++) {
+        m[k] = ref_arm(name[k], axes[k], &seed);
+        if (k == 2) {
+            ref_armatures(m[k], &seed);
+        }
         workshop_add(&w, m[k]);
     }
     workshop_build(&w, 0);
-    for (int k = 0; k < 2; k++) {
+    for (int k = 0; k < 3; k++) {
         check_articulated(workshop_model(&w, m[k]->name), m[k], &seed);
         ref_tree_free(m[k]);
     }
@@ -562,6 +579,7 @@ START_TEST(long_trees_have_loops_and_agree_with_lagrange)
     unsigned long long seed = 4040;
     gen_result r;
     mechanism *m = ref_arm("endless", "zyxyzyxxzyxyzyxxzyxyzyxxzyxyzyxxzyxyzyxxzy", &seed);
+    ref_armatures(m, &seed);
     ck_assert_stein(gen_equations(&r, m, err));
     ck_assert_ptr_nonnull(strstr(r.source, "static void momenta("));
     ck_assert_uint_lt(r.size, 3500000);

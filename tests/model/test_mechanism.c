@@ -58,11 +58,17 @@ static const quantity_case quantities[] = {
     {"0e99999", "m", 0.0},
     {"101.325 kPa", "Pa", 101325.0},
     {"9.81 N s^2/kg/s^2", "m/s^2", 9.81},
+    {"50 mN m/A", "N m/A", 0.05},
+    {"0.05 V s", "N m/A", 0.05},
+    {"0.05 V s/rad", "V s/rad", 0.05},
+    {"12 V/mA", "ohm", 12000.0},
+    {"470 mohm", "V/A", 0.47},
+    {"24 V * A", "J/s", 24.0},
 };
 
 static mech_dim dim_of(const char *unit)
 {
-    mech_dim dim = {0, 0, 0, 0};
+    mech_dim dim = {.kg = 0};
 
     ck_assert_msg(mech_parse_unit(unit, &dim, NULL) == 0, "%s", unit);
     return dim;
@@ -127,6 +133,9 @@ START_TEST(what_is_no_number_in_the_expected_unit_is_refused)
         {"3 %", "m", "the unit is %"},
         {"3 %", "rad", "the unit is %"},
         {"4 Nm", "N m", "did you mean \"N m\"?"},
+        {"4 Ohm", "ohm", "did you mean \"ohm\"?"},
+        {"4 V", "J", "the unit is V, expected"},
+        {"4 ohm", "V/A^2", "the unit is ohm, expected"},
         {"4 KG", "kg", "did you mean \"kg\"?"},
         {"220 gg", "kg", "did you mean \"g\"?"},
         {"3 mmm", "m", "did you mean \"mm\"?"},
@@ -155,7 +164,7 @@ END_TEST
 
 START_TEST(a_unit_text_gives_dimension_and_factor)
 {
-    mech_dim dim = {9, 9, 9, 9};
+    mech_dim dim = {9, 9, 9, 9, 9};
     double factor = 0.0;
 
     ck_assert_int_eq(mech_parse_unit("mN mm/deg", &dim, &factor), 0);

@@ -126,7 +126,7 @@ START_TEST(a_number_of_the_wrong_kind_is_refused)
         {"settle: yes", "settle: yes, tolerance: {distanse: 1 um}", "distanse",
          "no output \"distanse\""},
         {"settle: yes", "settle: yes, tolerance: {dip: 1 um}", "dip: 1 um",
-         "reads a position, x, y, z or gap"},
+         "reads a position, angle, x, y, z or gap"},
         {"settle: yes", "settle: yes, tolerance: 1 um", "1 um", "expected a mapping"},
         {"[0, 0, -1]", "[0, 0, 0]", "finger:", "the direction of finger has no length"},
     };

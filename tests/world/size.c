@@ -411,6 +411,21 @@ static void leave_out(sizer *z, const effect *e)
     factorise(&z->c, without);
 }
 
+/* Is it more than the errors that the file's own numbers may have? What is within them is none. */
+static int is_beyond(const sizer *z, const effect *e)
+{
+    const double least = 4.0; /* standard deviations */
+    double q[NUMBERS];
+    int yes = 1;
+    memcpy(q, z->p, sizeof q);
+    effect_apply(e, z->f.m, e->size, q);
+    for (int i = 0; i < z->f.m->nnumber; i++) {
+        double by = fabs(q[i] - z->p[i]), sd = z->f.m->number[i].sd;
+        yes &= !(by > 0.0) || by >= least * sd;
+    }
+    return yes;
+}
+
 int size_find(sizer *z, effect *e, double target, double *reached)
 {
     leave_out(z, e);
@@ -433,7 +448,7 @@ int size_find(sizer *z, effect *e, double target, double *reached)
     }
     e->size = at * e->limit;
     *reached = rms;
-    return isfinite(rms) && rms > 0.8 * target && rms < 1.25 * target;
+    return isfinite(rms) && rms > 0.8 * target && rms < 1.25 * target && is_beyond(z, e);
 }
 
 /* ---- what cannot be told from an effect ---- */

@@ -232,9 +232,7 @@ static int is_place(const lab_data *d, const lab_column *c)
     if (c->role == LAB_EVENT_TIMES) {
         return 0;
     }
-    stein_read_kind read = d->model->channels[c->index].read;
-    return read == STEIN_READ_POSITION || read == STEIN_READ_GAP || read == STEIN_READ_X ||
-           read == STEIN_READ_Y || read == STEIN_READ_Z;
+    return stein_reads_place((int)d->model->channels[c->index].read);
 }
 
 /* the earliest of the channels, when all of them begin at rest */

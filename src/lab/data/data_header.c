@@ -151,7 +151,7 @@ static void add_setting(data__reader *r, const char *name, const char *value, in
     data__file *out = r->out;
     stein_err err = {STEIN_OK, ""};
     char hint[MECH_PATH + 32], shown[DATA_SHOWN];
-    mech_dim dim = {0, 0, 0, 0};
+    mech_dim dim = {.kg = 0};
     double v = NAN;
     int line = r->lines.line, k = stein_find_param(r->model, name);
     const char *unit = k >= 0 ? r->model->params[k].unit : lab__comes_off(r->model, name);

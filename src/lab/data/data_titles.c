@@ -47,7 +47,7 @@ int data__unit(const char *unit, const char *wanted, int *exp10, double *factor)
     f /= w;
     int k = (int)lround(log10(f));
     snprintf(power, sizeof power, "1e%d", k);
-    mech_parse_quantity(power, (mech_dim){0, 0, 0, 0}, &back, NULL);
+    mech_parse_quantity(power, (mech_dim){.kg = 0}, &back, NULL);
     *exp10 = back == f ? k : 0;
     *factor = back == f ? 1.0 : f;
     return 0;

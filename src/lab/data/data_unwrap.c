@@ -20,7 +20,7 @@ static int is_angle(const stein_model *m, const lab_column *c)
         return 0;
     }
     return c->role == LAB_INPUT ? m->inputs[c->index].kind == STEIN_INPUT_MOTION
-                                : m->channels[c->index].read == STEIN_READ_POSITION;
+                                : stein_reads_place((int)m->channels[c->index].read);
 }
 
 static int stays_within_a_turn(const lab_column *c, int n)

@@ -49,7 +49,8 @@ stein_status lab__candidate_open_in(lab_candidate *c, lab_model **out, const lab
     lab_model *model = NULL;
     char *text = NULL, *extended = NULL;
     size_t size = 0, more = 0;
-    double amount = lab_effect_is_compliance(c->effect) ? c->start * c->limit : 0.0;
+    int rotor = strcmp(c->effect->kind, "armature") == 0; // of 0 there would be no number
+    double amount = rotor || lab_effect_is_compliance(c->effect) ? c->start * c->limit : 0.0;
     stein_status status = lab__model_text(in, file, &text, &size, err);
     status = status == STEIN_OK ? lab__structure_text(c, amount, lab__mechanism(in), text, size,
                                                       &extended, &more, err)

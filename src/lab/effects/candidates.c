@@ -392,9 +392,7 @@ static void add_load(build *b, const lab_effect *e)
     int param = b->m->load.body >= 0 ? find(b, b->m->bodies[b->m->load.body].name, "mass") : -1;
     lab_candidate *c = param >= 0 ? add(b, e, "load", param) : NULL;
     if (c != NULL) {
-        c->move = LAB_MOVE_RELATIVE;
-        c->unit = "1";
-        c->limit = 0.2;
+        c->move = LAB_MOVE_RELATIVE, c->unit = "1", c->limit = 0.2;
     }
 }
 
@@ -423,6 +421,14 @@ static double size_part(const build *b, lab_candidate *c, const lab__site *site)
         lab__set_range(&c->side[2], ratio / 3.0, ratio, 3.0 * ratio);
         lab__set_range(&c->side[3], 0.125, 1.0, 8.0);
         return 0.02 * Q / E;
+    }
+    if (strcmp(kind, "armature") == 0) {
+        const char *same = lab__same_as_armature(lab__mechanism(b->lab), j);
+        c->unit = b->m->bodies[j].type == 'T' ? "kg" : "kg m^2";
+        if (same != NULL) {
+            snprintf(c->alias, sizeof c->alias, "%.90s.%s", c->place, same);
+        }
+        return s->inertia[j]; // gears are chosen so that rotor and load weigh alike
     }
     if (strcmp(kind, "axis_translation") == 0) {
         lab__set_range(side, 0.05, 0.1, 0.2);
@@ -546,6 +552,7 @@ stein_status lab__candidates_at(lab_candidate **list, int *n, const lab_model *m
         free(b.list);
         return status;
     }
+    lab__note_armatures(b.list, b.n, b.m);
     *list = b.list;
     *n = b.n;
     return STEIN_OK;

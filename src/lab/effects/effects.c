@@ -54,6 +54,10 @@ static const lab_effect effects[] = {
     {"inertia", WRONG, LAB_AT_BODY, "inertia", "inertia.yy", NULL,
      "moment of inertia about the centre", "all levels alike; fast phases most", "mass", NULL, 1,
      0},
+    {"armature", MISSING, LAB_AT_JOINT, "armature", NULL, NULL,
+     "inertia of a rotor behind the gear: torque -armature qdd in the joint alone",
+     "resists acceleration, weighs nothing; the parent's motion does not count", "inertia mass",
+     "structure", 0, 0},
     {"elastic_hinge", MISSING, LAB_AT_BODY, "compliance", NULL, "damping_ratio",
      "the link bends at one place: torque k dphi + d dphid, k = 1/compliance",
      "a quick oscillation after kick and impact", "compliant_partner", "structure", 0, 0},
@@ -190,6 +194,9 @@ const char *lab_effect_family(const lab_effect *effect)
     }
     if (effect == NULL) {
         return "unknown";
+    }
+    if (strcmp(effect->kind, "armature") == 0) {
+        return "inertia";
     }
     if (effect->needs != NULL) {
         return "part";

@@ -229,6 +229,58 @@ static int can_hang(const mechanism *m, int i, lab__site *site)
     return site->reach > 0.0 && m->bodies[i].type == 'R' && m->bodies[i].axis == 'y';
 }
 
+/* Does a motor act in the joint? An input of a torque, a force or a voltage does; a prescribed
+ * motion does where its force is an output. The strokes of an action are driven by hand. */
+static int is_driven(const mechanism *m, int body)
+{
+    int yes = 0;
+    for (int i = 0; i < m->ninput; i++) {
+        const mech_input *in = &m->inputs[i];
+        int here = in->kind != STEIN_INPUT_POINT && in->index == body, motion = 0;
+        for (int k = 0; k < m->nchannel; k++) {
+            motion |= m->channels[k].read == STEIN_READ_INPUT_FORCE && m->channels[k].index == i;
+        }
+        yes |= here && (in->kind != STEIN_INPUT_MOTION || motion);
+    }
+    return yes && m->stroke_string < 0;
+}
+
+static int can_gear(const mechanism *m, int i)
+{
+    return i != m->load_body && m->bodies[i].armature.kind == MECH_ZERO && is_driven(m, i);
+}
+
+const char *lab__same_as_armature(const mechanism *m, int i)
+{
+    static const char *const about[] = {"inertia.xx", "inertia.yy", "inertia.zz"};
+    const mech_body *b = &m->bodies[i];
+    int axis = b->axis - 'x', above = 0;
+    for (int k = b->parent; k >= 0; k = m->bodies[k].parent) {
+        above |= m->bodies[k].type == 'R' || b->type == 'T';
+    }
+    if (b->type == 'R') {
+        return !above && is_own(m, b->inertia[axis], b->name, about[axis]) ? about[axis] : NULL;
+    }
+    int level = m->gravity[axis].value == 0.0;
+    return !above && level && is_own(m, b->mass, b->name, "mass") ? "mass" : NULL;
+}
+
+void lab__note_armatures(lab_candidate *list, int n, const stein_model *m)
+{
+    for (int i = 0; i < n; i++) {
+        int rotor = strcmp(list[i].effect->kind, "armature") == 0;
+        for (int k = 0; rotor && list[i].alias[0] != '\0' && k < n; k++) {
+            lab_candidate *c = &list[k];
+            int same = c->nparam == 1 && strcmp(m->params[c->param[0]].name, list[i].alias) == 0;
+            size_t length = strlen(c->alias);
+            if (same && length + strlen(list[i].place) + 11 < sizeof c->alias) {
+                snprintf(c->alias + length, sizeof c->alias - length, "%s%s.armature",
+                         length > 0 ? " " : "", list[i].place);
+            }
+        }
+    }
+}
+
 int lab__sites(const mechanism *m, const char *kind, lab__site site[LAB_SITES])
 {
     int contacts = strcmp(kind, "compliant_partner") == 0, found = 0;
@@ -243,10 +295,11 @@ int lab__sites(const mechanism *m, const char *kind, lab__site site[LAB_SITES])
         }
         int can = !contacts && m->bodies[i].ball          ? 0
                   : contacts                              ? can_give(m, i, here)
+                  : strcmp(kind, "armature") == 0         ? can_gear(m, i)
                   : strcmp(kind, "elastic_hinge") == 0    ? can_bend(m, i, here)
                   : strcmp(kind, "axis_translation") == 0 ? can_lift(m, i, here)
                                                           : can_hang(m, i, here);
-        found += can && !taken(m, name);
+        found += can && (strcmp(name, place) == 0 || !taken(m, name));
     }
     return found;
 }

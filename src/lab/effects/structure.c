@@ -24,6 +24,7 @@
  *   moves
  *   A partner      stands still as drawn: its weight is carried. It moves along the normal of its
  *                  line, which must be along x or z.
+ *   A rotor        behind a gear where an input drives a joint: a key of its body, no part.
  *   Where a damper where the load stands, or the first input pushes; heights and dips count from
  *   or wire acts   the drawn position.
  */
@@ -52,6 +53,7 @@ typedef struct structure {
 /* $P part, $B body, $a amount, $s $o $m $i the numbers beside it, $x $z place, others as `words`
  * has them */
 static const structure structures[] = {
+    {"armature", "", 0, {"armature"}, {"kg m^2"}, {{NULL, NULL}}},
     {"elastic_hinge",
      "_outer",
      0,
@@ -333,6 +335,20 @@ static stein_status carry(lab__yaml_edit *s, const lab_candidate *c, const char 
     return lab__yaml_edit_add_key(s, path, entry, err);
 }
 
+/* a key of the body; one that says 0 is replaced */
+static stein_status gear(lab__yaml_edit *s, const lab_candidate *c, const char *amount,
+                         stein_err *err)
+{
+    char path[MECH_PATH], entry[MECH_PATH];
+    snprintf(path, sizeof path, "bodies/%.60s/armature", c->place);
+    if (lab__yaml_edit_get(s, path) != NULL) {
+        return lab__yaml_edit_set(s, path, amount) == 0 ? STEIN_OK : cannot(c, "no room", err);
+    }
+    snprintf(path, sizeof path, "bodies/%.60s", c->place);
+    snprintf(entry, sizeof entry, "armature: %s %s", amount, c->unit);
+    return lab__yaml_edit_add_key(s, path, entry, err);
+}
+
 /* the line of a contact stands on the partner */
 static stein_status stand(lab__yaml_edit *s, const lab_candidate *c, const mechanism *m,
                           int contact, words *w, char *axis, stein_err *err)
@@ -403,6 +419,8 @@ stein_status lab__structure_text(const lab_candidate *c, double amount, const me
         status = cut_link(s, c, m, site->body, &w, joint, &points, err);
     } else if (strcmp(kind->kind, "axis_translation") == 0) {
         status = carry(s, c, part, err);
+    } else if (strcmp(kind->kind, "armature") == 0) {
+        status = gear(s, c, w.of['a'], err);
     } else if (site->contact >= 0) {
         status = stand(s, c, m, site->contact, &w, joint, err);
     } else {

@@ -84,6 +84,12 @@ enum { LAB_SITES = 32 };
 /** Sites of a kind that needs a part. @return their number */
 int lab__sites(const mechanism *m, const char *kind, lab__site site[LAB_SITES]);
 
+/** What a change of which is exactly that of an armature of joint i: "inertia.yy" of its own body
+ *  where nothing turns that, "mass" of what slides level on the frame. NULL: nothing. */
+const char *lab__same_as_armature(const mechanism *m, int i);
+/** Candidates [n] that are the same as an armature get its name as alias. */
+void lab__note_armatures(lab_candidate *list, int n, const stein_model *m);
+
 /* ---- structure.c ---- */
 
 enum { LAB_NUMBERS = 1 + LAB_SIDES }; /* of a part: the amount and what is beside it */

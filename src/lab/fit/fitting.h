@@ -265,8 +265,7 @@ stein_status fit__lacking(const fit__problem *p, const double *x, int *lacking, 
 /** Does a channel show where something is, or how fast it moves? */
 static inline int fit__shows_place(const stein_channel *c)
 {
-    return c->read == STEIN_READ_POSITION || c->read == STEIN_READ_X || c->read == STEIN_READ_Y ||
-           c->read == STEIN_READ_Z || c->read == STEIN_READ_GAP;
+    return stein_reads_place((int)c->read);
 }
 
 static inline int fit__shows_speed(const stein_channel *c)
@@ -422,7 +421,8 @@ typedef enum {
     FIT__ZERO,     /* an angle counts from elsewhere */
     FIT__UNIT,     /* deg for rad, mm for m */
     FIT__EXCHANGE, /* two columns are exchanged */
-    FIT__ABSOLUTE, /* an angle of a body against the frame, not against its parent */
+    FIT__ABSOLUTE, /* an angle of a body against the frame, not against its parent, or the reverse
+                    */
     FIT__GRAVITY,  /* gravity along another axis */
     FIT__PACE,     /* the motion is faster or slower than the model's */
     FIT__NOTHING   /* none of these helps */

@@ -90,13 +90,6 @@ void fit__observer_force(void *ctx, double t, const double *q, const double *qd,
     }
 }
 
-static int shows_place(const stein_model *m, int channel)
-{
-    stein_read_kind read = m->channels[channel].read;
-    return read == STEIN_READ_POSITION || read == STEIN_READ_X || read == STEIN_READ_Y ||
-           read == STEIN_READ_Z || read == STEIN_READ_GAP;
-}
-
 static int is_driven(const stein_model *m, const fit__stroke *s, int joint)
 {
     for (int i = 0; i < m->nball; i++) {
@@ -187,7 +180,8 @@ stein_status fit__observe(fit__bench *b, const fit__stroke *s, int i, int next, 
     int slot[MAX_CHANNELS], n = 0;
     fit__observer_rest(o);
     for (int c = 0; c < s->nch && n < MAX_CHANNELS; c++) {
-        if (shows_place(m, s->channel[c]) && isfinite(s->y[c * s->n + i])) {
+        if (stein_reads_place((int)m->channels[s->channel[c]].read) &&
+            isfinite(s->y[c * s->n + i])) {
             slot[n++] = c;
         }
     }

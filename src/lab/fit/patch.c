@@ -129,7 +129,7 @@ static void write_quantity(char text[CELL], const mech_param *q, const char *old
     double factor = 1.0;
     snprintf(unit, sizeof unit, "%s", old_unit);
     if (unit[0] == '\0' || mech_parse_unit(unit, &dim, &factor) != 0 || dim.kg != q->dim.kg ||
-        dim.m != q->dim.m || dim.s != q->dim.s) {
+        dim.m != q->dim.m || dim.s != q->dim.s || dim.A != q->dim.A) {
         factor = 1.0;
         snprintf(unit, sizeof unit, "%s", strcmp(q->unit, "1") == 0 ? "" : q->unit);
     }

@@ -411,12 +411,6 @@ static void own_settings(fit__problem *p, fit__stroke *s, int stroke)
     }
 }
 
-static int shows_place(const stein_channel *c)
-{
-    return c->read == STEIN_READ_POSITION || c->read == STEIN_READ_X || c->read == STEIN_READ_Y ||
-           c->read == STEIN_READ_Z || c->read == STEIN_READ_GAP;
-}
-
 /* Prior sd of the trigger [s]. A recorded force comes with the film: all that is unknown is when
  * within a frame the mechanism was let go, which is uniform. Given more room, the trigger of a
  * light finger that bounces on its key finds a minimum for every bounce. */
@@ -452,7 +446,7 @@ static void own_unknowns(fit__problem *p, int stroke)
         sd /= turns ? marker_arm : 1.0;
         if (moves && channel->from_rest) {
             own(p, s, stroke, FIT__OFFSET, c, s->noise[c], 0);
-        } else if ((rate || shows_place(channel)) && sd > 0.01 * s->noise[c]) {
+        } else if ((rate || stein_reads_place((int)channel->read)) && sd > 0.01 * s->noise[c]) {
             own(p, s, stroke, FIT__OFFSET, c, sd, 1);
         }
     }

@@ -210,21 +210,37 @@ static const stein_channel *channel_of(const trial *a, int c)
 
 static int is_signed(const stein_channel *c)
 {
-    return c->read == STEIN_READ_POSITION || c->read == STEIN_READ_SPEED ||
-           (c->read >= STEIN_READ_X && c->read <= STEIN_READ_GAP);
+    return stein_reads_place((int)c->read) || c->read == STEIN_READ_SPEED ||
+           (c->read >= STEIN_READ_VX && c->read <= STEIN_READ_VZ);
 }
 
-/* slot of the channel that shows the angle of the joint below, about the same axis; -1 */
-static int angle_below(const trial *a, int c, int *sign)
+/* +1: as drawn (STEIN_READ_ANGLE), -1: the other way */
+static int sense(const stein_channel *c, const stein_body *joint)
+{
+    int turns = c->read == STEIN_READ_ANGLE ? 1 : joint->axis == 'y' ? -joint->sign : joint->sign;
+    return c->sign * turns;
+}
+
+/* Slot of the channel that shows the angle of what carries the body of channel c, of the joint or
+ * against the frame; -1. @param factor  out: times that one, added to c, what it is otherwise */
+static int angle_below(const trial *a, int c, double *factor)
 {
     const stein_model *m = lab_equations(a->p->model);
     const stein_channel *ch = channel_of(a, c);
-    const stein_body *b = ch->read == STEIN_READ_POSITION ? &m->bodies[ch->index] : NULL;
-    for (int k = 0; b != NULL && b->type == 'R' && k < a->p->stroke[a->stroke[0]].nch; k++) {
+    int absolute = ch->read == STEIN_READ_ANGLE;
+    if (!absolute && ch->read != STEIN_READ_POSITION) {
+        return -1;
+    }
+    const stein_body *b = &m->bodies[ch->index];
+    const stein_body *on = b->parent >= 0 ? &m->bodies[b->parent] : NULL;
+    if (on == NULL || b->type != 'R' || on->type != 'R' || on->axis != b->axis) {
+        return -1;
+    }
+    for (int k = 0; k < a->p->stroke[a->stroke[0]].nch; k++) {
         const stein_channel *below = channel_of(a, k);
-        if (below->read == STEIN_READ_POSITION && below->index == b->parent &&
-            m->bodies[b->parent].type == 'R' && m->bodies[b->parent].axis == b->axis) {
-            *sign = b->sign * m->bodies[b->parent].sign * ch->sign * below->sign;
+        int joint = below->read == STEIN_READ_POSITION && (!absolute || on->parent < 0);
+        if (below->index == b->parent && (joint || below->read == STEIN_READ_ANGLE)) {
+            *factor = (absolute ? 1 : -1) * sense(ch, b) * sense(below, on);
             return k;
         }
     }
@@ -235,20 +251,21 @@ static int angle_below(const trial *a, int c, int *sign)
 static int ways_of(const trial *a, int c, way *w)
 {
     const stein_channel *ch = channel_of(a, c);
-    int n = 0, turns = strcmp(ch->unit, "rad") == 0, sign = 1, below = angle_below(a, c, &sign);
+    double factor = 0.0;
+    int n = 0, turns = strcmp(ch->unit, "rad") == 0, below = angle_below(a, c, &factor);
     double unit = turns || strcmp(ch->unit, "rad/s") == 0 ? 180.0 / pi : 1000.0;
     if (!is_signed(ch)) {
         return 0;
     }
     w[n++] = (way){.doubt = FIT__SENSE, .c = c, .other = -1, .factor = -1.0};
-    for (int k = -1; k <= 2 && ch->read == STEIN_READ_POSITION && turns; k++) {
+    for (int k = -1; k <= 2 && stein_reads_place((int)ch->read) && turns; k++) {
         w[n] = (way){.doubt = FIT__ZERO, .c = c, .other = -1, .factor = 1.0, .add = k * pi / 2.0};
         n += k != 0;
     }
     w[n++] = (way){.doubt = FIT__UNIT, .c = c, .other = -1, .factor = 1.0 / unit};
     w[n++] = (way){.doubt = FIT__UNIT, .c = c, .other = -1, .factor = unit};
     if (below >= 0) {
-        w[n++] = (way){.doubt = FIT__ABSOLUTE, .c = c, .other = below, .factor = -sign};
+        w[n++] = (way){.doubt = FIT__ABSOLUTE, .c = c, .other = below, .factor = factor};
     }
     for (int k = 0; k < c; k++) {
         if (strcmp(channel_of(a, k)->unit, ch->unit) == 0 && is_signed(channel_of(a, k))) {
@@ -288,9 +305,11 @@ static char *sentence(const trial *a, const way *w, double times)
                          "better",
                          other, c->name, times);
     case FIT__ABSOLUTE:
-        return lab__text("%s is the angle of its body against the frame, not of its joint; %s "
-                         "taken %s would fit %.0f times better",
-                         c->name, other, w->factor < 0.0 ? "off" : "in", times);
+        return lab__text("%s is the angle of its %s; %s taken %s would fit %.0f times better",
+                         c->name,
+                         c->read == STEIN_READ_ANGLE ? "joint, not of its body against the frame"
+                                                     : "body against the frame, not of its joint",
+                         other, w->factor < 0.0 ? "off" : "in", times);
     case FIT__GRAVITY:
         return lab__text("gravity: [%.3g, %.3g, %.3g] m/s^2 would fit %.0f times better",
                          earth * w->gravity[0], earth * w->gravity[1], earth * w->gravity[2],

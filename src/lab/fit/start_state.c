@@ -125,11 +125,12 @@ static void take_priors(fit__beginning *w)
 
 /* ---- one state out of several ---- */
 
-/* all channels of places read positions of joints: there is one minimum */
+/* all channels of places read positions of joints or sums of them: there is one minimum */
 static int is_linear(const fit__beginning *w)
 {
     for (int c = 0; c < w->s->nch; c++) {
-        if (fit__measures_place(w, c) && fit__channel_of(w, c)->read != STEIN_READ_POSITION) {
+        int read = fit__channel_of(w, c)->read;
+        if (fit__measures_place(w, c) && read != STEIN_READ_POSITION && read != STEIN_READ_ANGLE) {
             return 0;
         }
     }

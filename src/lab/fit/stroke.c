@@ -3,6 +3,7 @@
  */
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "fitting.h"
 
@@ -86,7 +87,7 @@ static stein_status take_column(fit__problem *p, fit__stroke *s, const lab_audit
     s->samples += (int)lround(share_out(s->y + k * s->n, s->n, locked_step(&audit->channel[column]),
                                         s->share + k * s->n));
     const stein_channel *channel = &m->channels[c->index];
-    if (channel->read == STEIN_READ_POSITION && m->bodies[channel->index].type == 'R') {
+    if (stein_reads_place((int)channel->read) && strcmp(channel->unit, "rad") == 0) {
         fit__unwrap(s->y + k * s->n, s->n);
     }
     return STEIN_OK;

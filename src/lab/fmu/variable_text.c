@@ -34,6 +34,10 @@ static const struct ending {
     {"inertia.xy", "product of inertia xy about the centre of mass"},
     {"inertia.xz", "product of inertia xz about the centre of mass"},
     {"inertia.yz", "product of inertia yz about the centre of mass"},
+    {"armature", "inertia of a rotor behind the gear, as the joint has it"},
+    {"motor.torque_constant", "torque of the motor per ampere, back-EMF per rad/s"},
+    {"motor.resistance", "resistance of the motor"},
+    {"motor.gear", "how many times as fast the motor turns"},
     {"pendulum.frequency", "frequency of its pendulum test"},
     {"spring.k", "stiffness of the spring"},
     {"spring.k3", "hardening of the spring"},
@@ -142,7 +146,23 @@ char *fmu__words_channel(const fmu_list *list, int channel)
                                         "input ",
                                         "force that goes with input ",
                                         "kinetic energy",
-                                        "potential energy"};
+                                        "potential energy",
+                                        "roll of body ",
+                                        "pitch of body ",
+                                        "yaw of body ",
+                                        "attitude xx of body ",
+                                        "attitude xy of body ",
+                                        "attitude xz of body ",
+                                        "attitude yx of body ",
+                                        "attitude yy of body ",
+                                        "attitude yz of body ",
+                                        "attitude zx of body ",
+                                        "attitude zy of body ",
+                                        "attitude zz of body ",
+                                        "turning speed about x of body ",
+                                        "turning speed about y of body ",
+                                        "turning speed about z of body ",
+                                        "angle against the frame of body "};
     const stein_channel *c = &list->model->channels[channel];
     const char *about = fmu__about(list->m, "outputs", c->name);
     if (about != NULL) {
@@ -167,7 +187,8 @@ char *fmu__words_input(const fmu_list *list, int input, const char *what)
     if (about != NULL) {
         return lab__text("%s", about);
     }
-    return in->kind == STEIN_INPUT_POINT
-               ? lab__text("force on point %s", m->points[in->index].name)
+    return in->kind == STEIN_INPUT_POINT ? lab__text("force on point %s", m->points[in->index].name)
+           : in->kind == STEIN_INPUT_VOLTAGE
+               ? lab__text("voltage at the motor of joint %s", m->bodies[in->index].name)
                : lab__text("force or torque in joint %s", m->bodies[in->index].name);
 }

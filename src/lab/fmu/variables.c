@@ -45,14 +45,12 @@ int fmu__is_tunable(const mechanism *m, const stein_model *model, int param)
 static int reach_of(stein_read_kind read)
 {
     enum { NOTHING = -1, PLACE, SPEED, FORCE };
+    if (stein_reads_place(read)) {
+        return PLACE;
+    }
     switch (read) {
     case STEIN_READ_TIME:
     case STEIN_READ_NOTCH_PHASE: return NOTHING;
-    case STEIN_READ_POSITION:
-    case STEIN_READ_X:
-    case STEIN_READ_Y:
-    case STEIN_READ_Z:
-    case STEIN_READ_GAP:
     case STEIN_READ_NOTCH_OVERLAP:
     case STEIN_READ_POTENTIAL: return PLACE;
     case STEIN_READ_ACCELERATION:

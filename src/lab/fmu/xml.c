@@ -90,6 +90,7 @@ void fmu__units(FILE *f, const fmu_list *list)
         exponent(f, "m", dim.m);
         exponent(f, "s", dim.s);
         exponent(f, "rad", dim.rad);
+        exponent(f, "A", dim.A);
         if (factor != 1.0) {
             fmu__attribute_number(f, "factor", factor);
         }

@@ -43,6 +43,7 @@ typedef struct draft_body {
     double range[2];         /* [rad or m] */
     double stiffness, rest;  /* of a spring [N m/rad or N/m], [rad or m] */
     double damping, coulomb; /* [N m s/rad or N s/m], [N m or N] */
+    double armature;         /* [kg m^2 or kg] */
 } draft_body;
 
 typedef struct draft_point {

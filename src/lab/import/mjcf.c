@@ -203,9 +203,7 @@ static void take_law(mjcf *m, const xml_node *node, draft_body *b, const char *l
         draft_note(d, "friction of joint %.60s is smooth below %g %s", label, DRAFT_SMOOTH,
                    b->joint == 'T' ? "m/s" : "rad/s");
     }
-    if (mjcf_number(m, node, "@armature", 0.0) != 0.0) {
-        draft_note(d, "armature of joint %.60s", label);
-    }
+    b->armature = mjcf_number(m, node, "@armature", 0.0);
 }
 
 static char kind_of(const mjcf *m, const xml_node *node)
@@ -249,9 +247,12 @@ static void take_joint(mjcf *m, const xml_node *node, mjcf_body *b, int *parent,
         frame_axis(d, node, label, axis, b->C, &joint, parent);
         take_law(m, node, &joint, label);
     } else if (mjcf_number(m, node, "@damping", 0.0) + mjcf_number(m, node, "@stiffness", 0.0) +
-                   mjcf_number(m, node, "@frictionloss", 0.0) !=
+                   mjcf_number(m, node, "@frictionloss", 0.0) +
+                   mjcf_number(m, node, "@armature", 0.0) !=
                0.0) {
-        draft_note(d, "damping, stiffness and friction of joint %.60s, which has several axes",
+        draft_note(d,
+                   "damping, stiffness, friction and armature of joint %.60s, which has several "
+                   "axes",
                    label);
     }
     draft_body *made = d->status == STEIN_OK ? draft_add_body(d, node) : NULL;

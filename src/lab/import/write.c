@@ -127,7 +127,7 @@ static double inertia_of(const draft *d, int body, int all)
             sum += joint->joint == 'T' ? b->mass : b->inertia[axis] + b->mass * (y * y + z * z);
         }
     }
-    return sum;
+    return sum + joint->armature;
 }
 
 /* Stops on which the body swings with 100 Hz. The reader chooses that stiffness by the body alone;
@@ -159,6 +159,9 @@ static void write_law(FILE *f, const draft *d, int body)
     }
     if (b->damping != 0.0) {
         fprintf(f, "    damping: %s\n", lab__number(number[0], b->damping));
+    }
+    if (b->armature != 0.0) {
+        fprintf(f, "    armature: %s\n", lab__number(number[0], b->armature));
     }
     if (b->coulomb != 0.0) {
         fprintf(f, "    coulomb: {T: %s, w: %s}\n", lab__number(number[0], b->coulomb),

@@ -96,7 +96,7 @@ static double number(reader *r, yaml_node_t *n, const char *key, int null)
     if (r->status != STEIN_OK || (null && strcmp(text, "null") == 0)) {
         return NAN;
     }
-    if (mech_parse_quantity(text, (mech_dim){0, 0, 0, 0}, &value, NULL) != STEIN_OK) {
+    if (mech_parse_quantity(text, (mech_dim){.kg = 0}, &value, NULL) != STEIN_OK) {
         bad(r, n, "\"%s\": expected a number, not %.40s%s%s", key, *text ? "\"" : "nothing",
             *text ? text : "", *text ? "\"" : "");
     }

@@ -206,15 +206,10 @@ static int stands(const stein_model *m, int contact)
 
 static int could_see(const stein_model *m, const stein_channel *c)
 {
-    switch (c->read) {
-    case STEIN_READ_POSITION:
-    case STEIN_READ_X:
-    case STEIN_READ_Y:
-    case STEIN_READ_Z:
-    case STEIN_READ_GAP: return 1;
-    case STEIN_READ_FORCE: return stands(m, c->index) ? 2 : 0;
-    default: return 0;
+    if (stein_reads_place((int)c->read)) {
+        return 1;
     }
+    return c->read == STEIN_READ_FORCE && stands(m, c->index) ? 2 : 0;
 }
 
 /* channels that are or could be measured */

@@ -118,6 +118,7 @@ static void write_cause(lab__json *j, const lab_diagnosis *d, const lab_suspect 
     lab__json_text(j, "phase", d->phase);
     lab__json_text(j, "equation",
                    s->candidate.effect != NULL ? s->candidate.effect->equation : NULL);
+    lab__json_text(j, "also_called", s->candidate.alias);
     write_parameters(j, s);
     lab__json_open(j, "evidence", '{');
     lab__json_real(j, "gain", s->refitted ? s->gain : (double)NAN);

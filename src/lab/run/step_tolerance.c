@@ -23,12 +23,6 @@ static const double lasting = 3000.0;
 static const double longest = 30.0; /* of the file's steps */
 static const double nudge = 1e-7;   /* [rad or m] for the slope */
 
-static int shows_place(const stein_channel *c)
-{
-    return c->read == STEIN_READ_POSITION || c->read == STEIN_READ_X || c->read == STEIN_READ_Y ||
-           c->read == STEIN_READ_Z || c->read == STEIN_READ_GAP;
-}
-
 /* "CHANNEL=VALUE[unit]" */
 static stein_status read_stated(lab__steps *steps, const stein_model *m, const char *text,
                                 stein_err *err)
@@ -117,7 +111,7 @@ stein_status lab__steps_of(lab__steps *steps, const lab_model *model, const char
         return status;
     }
     const stein_channel *c = &m->channels[steps->channel];
-    if (!shows_place(c) || !(steps->stated > 0.0) || !isfinite(steps->stated)) {
+    if (!stein_reads_place((int)c->read) || !(steps->stated > 0.0) || !isfinite(steps->stated)) {
         return lab__fail(
             err, STEIN_EINVAL,
             "a tolerance of %g %s in \"%s\": expected a positive one in an output that "

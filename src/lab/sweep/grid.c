@@ -16,7 +16,7 @@
 #include "reader.h"
 
 enum { NUMBER = 64 };
-static const mech_dim pure = {0, 0, 0, 0};
+static const mech_dim pure = {.kg = 0};
 
 /* a number as written, cut from its unit */
 typedef struct item {

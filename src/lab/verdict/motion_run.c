@@ -48,12 +48,6 @@ static int slot_of(const fit__problem *p, int stroke, int channel)
     return -1;
 }
 
-static int shows_place(const stein_channel *c)
-{
-    return c->read == STEIN_READ_POSITION || c->read == STEIN_READ_GAP ||
-           (c->read >= STEIN_READ_X && c->read <= STEIN_READ_Z);
-}
-
 /* reading of a channel with coordinate k moved; q is as it was */
 static double moved(stein_sim *sim, int channel, double *q, const double *rest, int k, double by)
 {
@@ -85,7 +79,7 @@ static int determines(const lab_model *model, int channel, int joint)
     stein_sim *sim = NULL;
     double *q = calloc(2 * nq + 1, sizeof *q);
     stein_sim_def def = lab_def(model);
-    int does = q != NULL && shows_place(&m->channels[channel]) &&
+    int does = q != NULL && stein_reads_place((int)m->channels[channel].read) &&
                lab_sim(model, &def, &sim, NULL) == STEIN_OK;
     if (does) {
         memcpy(q, stein_q(sim), sizeof *q * nq);

@@ -142,6 +142,16 @@ static void say_change(lab_diagnosis *o)
     append(o, text);
 }
 
+/* an inertia and an armature that move alike are one cause of two names */
+static void say_same(lab_diagnosis *o, const lab_candidate *c)
+{
+    int rotor = strcmp(c->effect->kind, "armature") == 0 || strstr(c->alias, ".armature") != NULL;
+    if (rotor && c->alias[0] != '\0') {
+        append(o, ", the same as a change of ");
+        append(o, c->alias);
+    }
+}
+
 static void name_causes(lab_diagnosis *o)
 {
     if (count(o, acts_in_all) > 0) {
@@ -150,6 +160,7 @@ static void name_causes(lab_diagnosis *o)
     }
     if (o->ncause == 1 && count(o, acts_in_all) == 1) {
         append(o, o->suspect[0].candidate.effect->equation);
+        say_same(o, &o->suspect[0].candidate);
         append(o, ".");
     }
     for (int i = 0; i < o->ncause; i++) {

@@ -224,6 +224,61 @@ START_TEST(an_angle_that_jumps_by_whole_turns_is_followed_across)
 }
 END_TEST
 
+/* both as a tracker sees them, against the frame and within +-180 deg; the lower joint counts the
+ * other way */
+static const char bodies[] =
+    "mechanism: bodies\n"
+    "bodies:\n"
+    "  upper: {joint: R -y, mass: 147 g, centre: [0, 0, -155 mm], inertia: {yy: 1.17e-3},\n"
+    "          points: {end: [0, 0, -310 mm]}}\n"
+    "  lower: {parent: upper, at: upper.end, joint: R y, mass: 110.25 g,\n"
+    "          centre: [0, 0, -116.25 mm], inertia: {yy: 4.97e-4}}\n"
+    "outputs:\n"
+    "  upper_seen: {body: upper, read: angle}\n"
+    "  lower_seen: {body: lower, read: angle, sign: -1}\n"
+    "simulation: {dt: 0.5 ms, until: 2 s, integrator: dp5}\n";
+
+START_TEST(the_state_of_an_arm_comes_from_the_angles_of_its_bodies)
+{
+    static const double q[2] = {2.7, 0.9}, qd[2] = {11.0, -9.0}, whole = 6.283185307179586;
+    char model[300];
+    snprintf(model, sizeof model, "%s", write_file("bodies.yaml", bodies));
+    lab_options options = cache_here(NULL);
+    lab_model *m = NULL;
+    stein_sim *sim = NULL;
+    ck_assert_stein(lab_open(&m, model, &options, err));
+    ck_assert_stein(lab_sim(m, NULL, &sim, err));
+    ck_assert_stein(stein_set_state(sim, 0.0, q, qd, err));
+    const char *path = in_folder("seen.csv"), *data[] = {path, NULL};
+    FILE *f = fopen(path, "w");
+    ck_assert_ptr_nonnull(f);
+    fprintf(f, "# noise upper_seen: 0.5 mrad\n# noise lower_seen: 0.5 mrad\n"
+               "time [s],upper_seen [rad],lower_seen [rad]\n");
+    unsigned long long seed = 7;
+    double travel = 0.0;
+    for (int i = 0; i < 300; i++) {
+        ck_assert_stein(stein_run(sim, 0.004 * i, err));
+        double a = stein_q(sim)[0], b = stein_q(sim)[0] - stein_q(sim)[1];
+        travel = fmax(travel, fabs(b - (q[0] - q[1])));
+        fprintf(f, "%.17g,%.17g,%.17g\n", 0.004 * i, remainder(a + 5e-4 * gauss(&seed), whole),
+                remainder(-b + 5e-4 * gauss(&seed), whole));
+    }
+    ck_assert_int_eq(fclose(f), 0);
+    ck_assert(travel > 1.5 * whole); // it wraps
+    stein_sim_destroy(sim);
+    lab_close(m);
+    posed o;
+    pose(&o, model, data);
+    for (int j = 0; j < 2; j++) {
+        ck_assert_double_lt(off_by(&o, FIT__POSITION, j, q[j]), 4.0);
+        ck_assert_double_lt(off_by(&o, FIT__SPEED, j, qd[j]), 4.0);
+        ck_assert_int_eq(unknown_of(&o, FIT__POSITION, j)->prior, 0);
+    }
+    ck_assert_double_lt(fit__misfit(&o.p, &o.bench, 0, o.x, 0.2), 25.0);
+    unpose(&o);
+}
+END_TEST
+
 START_TEST(what_a_stroke_states_is_not_estimated)
 {
     film m = {.model = rod,
@@ -383,6 +438,28 @@ static const slip slips[] = {
      {0.0, 0.0},
      "lower_angle is the angle of its body against the frame, not of its joint; ",
      0.0},
+    {"{joint: lower, read: position}",
+     "{body: lower, read: angle}",
+     {{1.0, 0.0}, {1.0, 1.0}},
+     {0.0, 0.0},
+     NULL,
+     0.0},
+    {"{joint: lower, read: position}",
+     "{body: lower, read: angle}",
+     AS_IS,
+     {0.0, 0.0},
+     "lower_angle is the angle of its joint, not of its body against the frame; upper_angle taken "
+     "in "
+     "would fit ",
+     0.0},
+    {"{joint: upper, read: position}",
+     "{body: upper, read: angle, sign: -1}",
+     {{-1.0, 0.0}, {1.0, 1.0}},
+     {0.0, 0.0},
+     "lower_angle is the angle of its body against the frame, not of its joint; upper_angle taken "
+     "in "
+     "would fit ",
+     0.0},
     {"arm\n",
      "arm\n",
      AS_IS,
@@ -476,6 +553,7 @@ Suite *initial_suite(void)
     tcase_add_test(state, a_joint_that_has_no_channel_is_found_through_the_others_point);
     tcase_add_test(state, a_speed_may_be_measured_itself);
     tcase_add_test(state, an_angle_that_jumps_by_whole_turns_is_followed_across);
+    tcase_add_test(state, the_state_of_an_arm_comes_from_the_angles_of_its_bodies);
     tcase_add_test(state, what_a_stroke_states_is_not_estimated);
     tcase_add_test(state, a_mechanism_that_is_held_until_the_trigger_starts_there);
     tcase_add_test(state, a_mechanism_that_settles_is_left_as_it_is);

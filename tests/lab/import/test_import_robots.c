@@ -248,6 +248,47 @@ START_TEST(orientations_are_the_same_however_they_are_written)
 }
 END_TEST
 
+/* of a hinge, of a slide by its class, and of a ball, whose one is told */
+static const char geared[] =
+    "<mujoco><default><default class='screw'><joint type='slide' armature='1.6'/></default>"
+    "</default><worldbody>"
+    "<body name='arm'><joint name='turn' axis='0 -1 0' armature='0.02' range='-60 60'/>"
+    "<inertial pos='0.1 0 0' mass='0.7' diaginertia='0.01 0.02 0.025'/>"
+    "<body name='cart' pos='0.3 0 0' childclass='screw'><joint name='push' axis='1 0 0'/>"
+    "<inertial pos='0 0 0' mass='%s' diaginertia='0.01 0.02 0.025'/></body></body>"
+    "<body name='bob' pos='0 1 0'><joint type='ball' armature='0.1'/>"
+    "<inertial pos='0 0 -0.1' mass='1' diaginertia='0.01 0.02 0.025'/></body>"
+    "</worldbody></mujoco>";
+
+START_TEST(an_armature_is_that_of_its_joint)
+{
+    lab_options options = lab_options_default();
+    lab_model *model = NULL;
+    stein_sim *sim = NULL;
+    import(robot_file(geared, "2"), in_folder("geared.yaml"));
+    ck_assert_ptr_nonnull(strstr(said, "armature of joint bob, which has several axes"));
+    ck_assert_ptr_null(strstr(said, "armature of joint turn"));
+    ck_assert_stein(lab_open(&model, in_folder("geared.yaml"), &options, err));
+    ck_assert_stein(lab_sim(model, NULL, &sim, err));
+    const stein_model *m = lab_equations(model);
+    int turn = stein_find_body(m, "arm"), push = stein_find_body(m, "cart");
+    // at rest and level: 0.02 + 0.02 + 0.02 + 0.7 0.1^2 + 2 0.3^2 on the hinge
+    double inertia = 0.06 + 0.7 * 0.01 + 2.0 * 0.09, torque = -9.81 * (0.7 * 0.1 + 2.0 * 0.3);
+    ck_assert_close(stein_qdd(sim)[turn], torque / inertia, 1e-12, 0.0);
+    ck_assert_double_eq_tol(stein_qdd(sim)[push], 0.0, 1e-12);
+    // by 90 deg: the cart falls with 2 kg against 3.6 kg
+    double *q = calloc((size_t)m->nq, sizeof *q), *qd = calloc((size_t)m->nq, sizeof *qd);
+    ck_assert(q != NULL && qd != NULL);
+    q[turn] = -0.5 * 3.14159265358979324 * (m->bodies[turn].sign < 0 ? 1.0 : -1.0);
+    ck_assert_stein(stein_set_state(sim, 0.0, q, qd, err));
+    ck_assert_close(stein_qdd(sim)[push], 9.81 * 2.0 / 3.6, 1e-6, 0.0);
+    free(q);
+    free(qd);
+    stein_sim_destroy(sim);
+    lab_close(model);
+}
+END_TEST
+
 static const char swing[] =
     "<mujoco><option gravity='9.81 0 0'/><worldbody><body><joint name='hinge' axis='0 1 0'/>"
     "<geom %s/></body></worldbody></mujoco>";
@@ -414,6 +455,7 @@ Suite *import_robots_suite(void)
     tcase_add_test(t, a_model_of_mujoco_has_the_accelerations_of_the_file_written_by_hand);
     tcase_add_test(t, a_body_has_the_mass_of_its_geoms);
     tcase_add_test(t, orientations_are_the_same_however_they_are_written);
+    tcase_add_test(t, an_armature_is_that_of_its_joint);
     tcase_add_test(t, equalities_are_loops);
     tcase_add_test(t, models_of_mujoco_that_are_not_in_order_are_refused);
     suite_add_tcase(s, t);
