@@ -48,6 +48,7 @@
     X(fit)           \
     X(initial)       \
     X(fit_claims)    \
+    X(events)        \
     X(many)          \
     X(stop)          \
     X(measured)      \

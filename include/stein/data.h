@@ -6,6 +6,8 @@
  *      # set key_dip.sensor.gain: 1.002       an instrument that was checked is known as well
  *      # set key_wire.k: 0                    played without a wire at the key, if it has one
  *      # noise string_distance: 0.01 mm       standard deviation of one sample
+ *      # smooth crank: 12 Hz                  a measured motion counts as motion up to there
+ *      # events floor: begin                  the column floor holds times at which it is touched
  *      # trigger: unsynchronised              the origin of the time is unknown
  *      # camera: any other name: value        kept
  *      time [ms],string_distance [mm]         channels or inputs of the model, with their units
@@ -32,7 +34,12 @@ extern "C" {
 
 /* ---- reading ---- */
 
-typedef enum { LAB_OUTPUT, LAB_INPUT } lab_role;
+/** What a column holds: samples of an output or of an input at the times of the rows, or the times
+ *  themselves at which a contact or notch closes or opens. */
+typedef enum { LAB_OUTPUT, LAB_INPUT, LAB_EVENT_TIMES } lab_role;
+
+/** Which events: those that close the place, those that open it. */
+typedef enum { LAB_EVENTS_BEGIN, LAB_EVENTS_END } lab_events;
 
 /** Does t = 0 mean the start of the stroke? UNSTATED counts as yes where the model has a stroke. */
 typedef enum {
@@ -41,15 +48,20 @@ typedef enum {
     LAB_TRIGGER_UNSYNCHRONISED
 } lab_trigger;
 
-/** One measured channel. A name that is an input and an output of the model is an input. */
+/** One measured channel. A name that is an input and an output of the model is an input. Times of
+ *  events are not at the times of the rows: value[i] is when the i-th one was, and unit is "s". */
 typedef struct lab_column {
     const char *name, *unit; /* of the model, SI */
     lab_role role;
+    lab_events events;            /* of LAB_EVENT_TIMES */
     int index;                    /* channel or input of the model */
+    int contact, notch;           /* of LAB_EVENT_TIMES the place that it is of; -1: the other */
     const double *value;          /* [nrow] [unit], NAN where missing */
     const unsigned char *present; /* [nrow] 0 where missing */
-    int samples;                  /* present ones */
+    int samples;                  /* present ones; of events the first ones */
+    double digit;                 /* one of the last digit of the times of events [s] */
     double noise;                 /* `# noise` [unit], NAN when not given */
+    double smooth;                /* `# smooth` of a prescribed motion [Hz], 0 when not given */
     int line, column;             /* place of its title in the file, from 1 */
     int unit_assumed;             /* 1: the title states no unit, the values were read as SI */
     int wraps;                    /* turns by 2 pi that were taken out of an angle */
@@ -80,7 +92,8 @@ typedef struct lab_data {
     const char *file;
     const stein_model *model;
     int nrow, ncolumn, nset, nnote;
-    const double *time; /* [nrow], increasing [s] */
+    const double *time; /* [nrow], increasing [s]; with events alone 0 and their times */
+    int events_alone;   /* 1: the file has no time column, only times of events */
     const lab_column *column;
     const lab_setting *set;
     const lab_note *note;
@@ -103,7 +116,7 @@ typedef void lab_read_progress_fn(void *ctx, double fraction);
 /** How to read. Start from lab_data_options_default(model). */
 typedef struct lab_data_options {
     const stein_model *model; /* must outlive the data */
-    int min_samples;          /* of every column; default 4 */
+    int min_samples;          /* of every column, but one time of events; default 4 */
     int inputs_only;          /* 1: only columns that are inputs count, any other is passed over */
     /* what is in the files, if they are none on a disk; else NULL: [1], of lab_dataset_open [n].
      * Their names are those in messages */
@@ -153,7 +166,8 @@ typedef struct lab_span {
 typedef enum {
     LAB_NOISE_REST,   /* the scatter while nothing moves */
     LAB_NOISE_MOTION, /* what smooth motion leaves over */
-    LAB_NOISE_STEP,   /* less than a quantisation step can show: step / sqrt(12) */
+    LAB_NOISE_STEP,   /* less than a quantisation step can show: step / sqrt(12). Of times of
+                         events: their last digit or the interval of the rows, / sqrt(12) */
     LAB_NOISE_UNKNOWN /* too few samples: NAN */
 } lab_noise_source;
 

@@ -45,6 +45,7 @@ typedef struct lab_fit_def {
                        input at most a frame / sqrt(12) */
     const double *smooth; /* [inputs] a measured motion is taken as motion up to this frequency, of
                              which half is kept [Hz]; NAN: as its noise allows; NULL: all NAN */
+    int smooth_all;       /* 1: also in records that state another band (`# smooth`); default 0 */
     int initial; /* initial state: 1 free, 0 as the file states, -1 (default) free where the
                     mechanism neither settles nor has a load, and the stroke does not set it.
                     A free one starts from the first samples of the record, which is where the
@@ -108,6 +109,7 @@ typedef struct lab_fit_stroke {
     const char *file;
     unsigned long long hash;
     int rows;
+    int lacking; /* measured times of events for which the fitted model has no event */
     double chi2; /* weighted squares of this stroke */
     int nvalue;
     lab_fit_value *value; /* names "trigger", "offset string_distance", "initial rod" ... */

@@ -131,6 +131,12 @@ static void print_residuals(const lab_fit *fit)
                r->noise_given ? "" : " (noise estimated)", 100.0 * r->relative);
         printf(r->downweighted > 0 ? ", %d down-weighted\n" : "\n", r->downweighted);
     }
+    for (int s = 0; s < fit->nstroke; s++) {
+        if (fit->stroke[s].lacking > 0) {
+            printf("  %s: %d of the measured events do not happen with these numbers\n",
+                   fit->stroke[s].file, fit->stroke[s].lacking);
+        }
+    }
 }
 
 static void print_weakest(const lab_fit *fit)
@@ -324,7 +330,9 @@ const cli_command cli_fit = {
         "\"band\", \"inflation\", \"noise_given\", \"gradient\", \"sensitivity_error\", "
         "\"starts\",\n"
         "\"collinear\": [{\"a\", \"b\", \"correlation\"}], \"condition\", \"weakest\",\n"
-        "\"strokes\": [{\"file\", \"fnv1a64\", \"rows\", \"chi2\", \"nuisances\", \"channels\"}]}.",
+        "\"strokes\": [{\"file\", \"fnv1a64\", \"rows\", \"lacking_events\", \"chi2\", "
+        "\"nuisances\",\n"
+        "\"channels\"}]}.",
     .examples =
         "stein fit models/stein1788.yaml strokes/*.csv --free hammer.mass,notch.friction.A \\\n"
         "    -o fitted.yaml\n"

@@ -14,9 +14,6 @@
 
 #include "data_internal.h"
 
-/* kinds of problems that are counted; per column: kind + KINDS * column */
-enum { NOTE_BELOW = 2, RAGGED, NO_TIME, TIME_ORDER, BAD_CELL, QUOTES, KINDS };
-
 lab_data_options lab_data_options_default(const stein_model *model)
 {
     return (lab_data_options){.model = model, .min_samples = 4};
@@ -81,7 +78,7 @@ static int number(data__reader *r, const char *text, data__cell cell, int k, dou
         wrong = "the number is too large";
     }
     if (wrong != NULL) {
-        data__problem(&r->problems, BAD_CELL + KINDS * (k + 1), r->lines.line,
+        data__problem(&r->problems, DATA_BAD_CELL + DATA_KINDS * (k + 1), r->lines.line,
                       data__column(text, cell.at), "%s \"%s\": %s", t->name,
                       data__shown(shown, cell.s, cell.n), wrong);
         return 0;
@@ -90,25 +87,35 @@ static int number(data__reader *r, const char *text, data__cell cell, int k, dou
     return 1;
 }
 
+/* one cell of times of events */
+static int event(data__reader *r, const char *text, data__cell cell, int k, double v)
+{
+    data__title *t = &r->title[k];
+    int there = cell.n > 0, good = data__take_event(r, k, data__column(text, cell.at), v);
+    double digit = there ? t->factor * data__last_digit(cell, t->exp10, r->point) : INFINITY;
+    t->digit = t->samples == 0 ? digit : fmin(t->digit, digit);
+    return good;
+}
+
 static int read_time(data__reader *r, const char *text, data__cell cell, double *t)
 {
     char now[LAB_NUMBER], before[LAB_NUMBER];
     int line = r->lines.line, column = data__column(text, cell.at);
     if (cell.n == 0) {
-        data__problem(&r->problems, NO_TIME, line, column, "a row without time");
+        data__problem(&r->problems, DATA_NO_TIME, line, column, "a row without time");
         return 0;
     }
     if (!number(r, text, cell, r->time_at, t)) {
         return 0;
     }
     if (*t == r->last) {
-        data__problem(&r->problems, TIME_ORDER, line, column,
+        data__problem(&r->problems, DATA_TIME_ORDER, line, column,
                       "the time %s s stands twice, expected rows in increasing time",
                       lab__number(now, *t));
         return 0;
     }
     if (*t < r->last) {
-        data__problem(&r->problems, TIME_ORDER, line, column,
+        data__problem(&r->problems, DATA_TIME_ORDER, line, column,
                       "the time goes back from %s s to %s s, expected rows in increasing time",
                       lab__number(before, r->last), lab__number(now, *t));
         r->last = *t;
@@ -136,7 +143,7 @@ static void ragged(data__reader *r, const char *text, size_t size, const data__c
         snprintf(hint, sizeof hint, ": cells are separated by %s, expected %s as in the header",
                  separator_name(other), separator_name(r->separator));
     }
-    data__problem(&r->problems, RAGGED, r->lines.line, data__column(text, at),
+    data__problem(&r->problems, DATA_RAGGED, r->lines.line, data__column(text, at),
                   "%s%d cell%s where the header has %d%s", n > DATA_COLUMNS ? "more than " : "",
                   n > DATA_COLUMNS ? DATA_COLUMNS : n, n == 1 ? "" : "s", r->ntitle, hint);
 }
@@ -144,12 +151,14 @@ static void ragged(data__reader *r, const char *text, size_t size, const data__c
 /* the cells of one row into the columns, or only through the checks */
 static void take_row(data__reader *r, const char *text, const data__cell *cell, double time)
 {
+    r->start = r->rows == 0 && !r->alone ? time : r->start;
     int keep = r->problems.n == 0 && !r->problems.nomem && (r->rows < r->room || grow(r));
     for (int k = 0; k < r->ntitle; k++) {
         data__title *t = &r->title[k];
         double v = NAN;
         int present = cell[k].n > 0;
-        if (!t->known || (present && !number(r, text, cell[k], k, &v))) {
+        if (!t->known || (present && !number(r, text, cell[k], k, &v)) ||
+            (t->events && !event(r, text, cell[k], k, v))) {
             t->refused++;
             continue;
         }
@@ -184,13 +193,13 @@ static void row_line(data__reader *r, const char *text, size_t size)
     double time = NAN;
     int n = data__cells(text, size, r->separator, cell);
     if (text[0] == '#') {
-        data__problem(&r->problems, NOTE_BELOW, r->lines.line, 1,
+        data__problem(&r->problems, DATA_NOTE_BELOW, r->lines.line, 1,
                       "a \"#\" line below the header, "
                       "expected above it");
         return;
     }
     if (n < 0) {
-        data__problem(&r->problems, QUOTES, r->lines.line, data__column(text, -1 - n),
+        data__problem(&r->problems, DATA_QUOTES, r->lines.line, data__column(text, -1 - n),
                       "quotes that do not close at a comma");
         return;
     }
@@ -207,7 +216,7 @@ static void row_line(data__reader *r, const char *text, size_t size)
     }
     if (n != r->ntitle) {
         ragged(r, text, size, cell, n);
-    } else if (read_time(r, text, cell[r->time_at], &time)) {
+    } else if (r->alone || read_time(r, text, cell[r->time_at], &time)) {
         take_row(r, text, cell, time);
         return;
     }
@@ -227,14 +236,18 @@ static int is_row(const data__reader *r, const char *text, size_t size)
     return n > 0 && data__number(cell[0], 0, r->c, &point, &value) == NULL;
 }
 
-/* "#" line with the titles: numpy.savetxt writes so */
+/* "#" line with the titles, numpy.savetxt writes so: the time and others, or times of events */
 static int is_note_header(const data__reader *r, const lab_note *note)
 {
     size_t size = strlen(note->value);
     data__cell cell[DATA_COLUMNS + 1];
-    return *note->name == '\0' &&
-           data__cells(note->value, size, data__separator(note->value, size), cell) > 1 &&
-           data__is_header(r, note->value, size);
+    char name[DATA_SHOWN], unit[DATA_SHOWN];
+    int n = data__cells(note->value, size, data__separator(note->value, size), cell);
+    if (*note->name != '\0' || n < 1 || !data__is_header(r, note->value, size)) {
+        return 0;
+    }
+    data__cut_title(r->model, cell[0], name, unit);
+    return n > 1 || !data__is_time(r->model, name);
 }
 
 static void keep_above(data__reader *r, const char *text, size_t size)
@@ -265,7 +278,7 @@ static void late_header(data__reader *r, const char *text, size_t size)
         r->stop = 1;
         return;
     }
-    data__settle_noise(r);
+    data__settle_columns(r);
     if (r->ntitle > 0 && !r->stop) {
         row_line(r, text, size);
     }
@@ -280,7 +293,7 @@ static void header_line(data__reader *r, const char *text, size_t size)
         late_header(r, text, size);
     } else if (data__is_header(r, text, size)) {
         data__header_line(r, r->lines.line, text, size);
-        data__settle_noise(r);
+        data__settle_columns(r);
     } else {
         keep_above(r, text, size);
     }
@@ -344,17 +357,22 @@ static void check_columns(data__reader *r)
         data__problem(&r->problems, 0, r->header_line, 1, "no rows below the header");
         return;
     }
-    if (r->ntitle == r->time_at + 1 && !r->options->inputs_only) {
+    if (r->out->data.ncolumn == 0 && r->problems.n == 0 && !r->options->inputs_only) {
         data__problem(&r->problems, 0, r->header_line, 1, "no columns beside the time");
     }
-    if (r->rows < least) {
+    if (r->rows < least && !r->alone) {
         data__problem(&r->problems, 0, r->header_line, 1, "%d sample%s, expected at least %d",
                       r->rows, r->rows == 1 ? "" : "s", least);
         return;
     }
     for (int k = 0; k < r->ntitle; k++) {
         const data__title *t = &r->title[k];
-        if (t->known && t->samples + t->refused + r->refused < least) {
+        if (t->events && t->samples + t->refused == 0) {
+            data__problem(&r->problems, 0, r->header_line, t->at, "\"%s\": no time of an event",
+                          t->name);
+        } else if (t->events) {
+            continue;
+        } else if (t->known && t->samples + t->refused + r->refused < least) {
             data__problem(&r->problems, 0, r->header_line, t->at,
                           "%d sample%s of \"%s\", expected "
                           "at least %d",
@@ -387,6 +405,7 @@ static void hand_over(data__reader *r)
 {
     data__file *out = r->out;
     data__hand_over(out);
+    out->data.events_alone = r->alone;
     out->data.nrow = out->data.file_rows = r->rows;
     out->data.hash = r->lines.hash;
     for (int k = 0; k < r->ntitle; k++) {
@@ -394,6 +413,7 @@ static void hand_over(data__reader *r)
         if (t->known) {
             lab_column *c = &out->column[t->to];
             c->samples = t->samples;
+            c->digit = t->events ? t->digit : 0.0;
             c->wraps = data__unwrap(r->model, c, t->value, r->rows);
         }
     }
@@ -414,6 +434,9 @@ static stein_status read_file(data__reader *r, const char *text, const lab_data_
     data__lines_close(&r->lines);
     if (status == STEIN_OK && !r->stop && !r->problems.more) {
         check_columns(r);
+    }
+    if (status == STEIN_OK && r->alone && r->problems.n == 0 && !data__event_rows(r)) {
+        r->problems.nomem = 1;
     }
     for (int k = 0; k < r->ntitle; k++) { // owned by the columns from here on
         if (r->title[k].known) {
@@ -469,11 +492,11 @@ static stein_status open_one(lab_data **data, const char *file, const char *text
         r.problems.file = r.out->file;
         status = read_file(&r, text, options, err);
     }
-    for (int i = 0; i < r.nnoise; i++) {
-        free(r.noise[i].name);
-        free(r.noise[i].value);
+    for (int i = 0; i < r.nabout; i++) {
+        free(r.about[i].name);
+        free(r.about[i].value);
     }
-    free(r.noise);
+    free(r.about);
     if (status == STEIN_OK && r.out != NULL) {
         hand_over(&r);
         *data = &r.out->data;

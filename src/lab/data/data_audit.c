@@ -14,7 +14,8 @@
 #include "data_internal.h"
 
 enum { MOST_RESTS = 1000 };
-static const double of_step = 0.1; /* relative sd of step/sqrt(12) as the noise: it may lock */
+static const double finest_time = 1e-5; /* noise of a time, at least [s]: sound at 44.1 kHz */
+static const double of_step = 0.1;      /* relative sd of step/sqrt(12) as the noise: it may lock */
 
 /* ---- time base ---- */
 
@@ -142,6 +143,27 @@ static double locking(const data__series *s, int (*rest)[2], int n, double step)
     return (double)most / all;
 }
 
+/* Times of events: how well they are known, by their digits and by the frames that they were seen
+ * in, if there are any. */
+static void audit_events(const lab_audit *audit, const lab_column *c, lab_channel_audit *a)
+{
+    double frame = audit->data->events_alone ? 0.0 : audit->interval;
+    double step = fmax(fmax(c->digit, frame), sqrt(12.0) * finest_time);
+    *a = (lab_channel_audit){.samples = c->samples,
+                             .low = c->value[0],
+                             .high = c->value[c->samples > 0 ? c->samples - 1 : 0],
+                             .noise_estimated = step / sqrt(12.0),
+                             .noise_error = NAN,
+                             .noise_from = LAB_NOISE_STEP,
+                             .step = c->digit,
+                             .motion = NAN,
+                             .motion_error = NAN};
+    for (int i = 0; i < LAB_LAGS; i++) {
+        a->correlation[i] = NAN;
+    }
+    a->noise = isnan(c->noise) ? a->noise_estimated : c->noise;
+}
+
 static void audit_channel(data__series *s, const lab_data *data, const lab_column *c,
                           lab_channel_audit *a, int (*rest)[2])
 {
@@ -177,12 +199,15 @@ static void audit_channel(data__series *s, const lab_data *data, const lab_colum
 
 static void share_rests(lab_audit *a)
 {
-    int n = 0;
+    int n = 0, first = 1;
     for (int k = 0; k < a->data->ncolumn; k++) {
         const lab_channel_audit *c = &a->channel[k];
         lab_span both[LAB_SPANS];
         int m = 0, nc = c->nrest < LAB_SPANS ? c->nrest : LAB_SPANS;
-        for (int i = 0; k > 0 && i < n; i++) {
+        if (a->data->column[k].role == LAB_EVENT_TIMES) {
+            continue;
+        }
+        for (int i = 0; !first && i < n; i++) {
             for (int j = 0; j < nc && m < LAB_SPANS; j++) {
                 lab_span common = {fmax(a->rest[i].from, c->rest[j].from),
                                    fmin(a->rest[i].to, c->rest[j].to)};
@@ -191,8 +216,9 @@ static void share_rests(lab_audit *a)
                 }
             }
         }
-        n = k == 0 ? nc : m;
-        memcpy(a->rest, k == 0 ? c->rest : both, sizeof *both * (size_t)n);
+        n = first ? nc : m;
+        memcpy(a->rest, first ? c->rest : both, sizeof *both * (size_t)n);
+        first = 0;
     }
     a->nrest = n;
 }
@@ -202,6 +228,9 @@ static int is_place(const lab_data *d, const lab_column *c)
 {
     if (c->role == LAB_INPUT) {
         return d->model->inputs[c->index].kind == STEIN_INPUT_MOTION;
+    }
+    if (c->role == LAB_EVENT_TIMES) {
+        return 0;
     }
     return stein_reads_place((int)d->model->channels[c->index].read);
 }
@@ -258,7 +287,12 @@ stein_status lab_audit_create(lab_audit **audit, const lab_data *data, stein_err
         a->data = data;
         audit_time(a, s.scratch);
         for (int k = 0; k < data->ncolumn; k++) {
-            audit_channel(&s, data, &data->column[k], &a->channel[k], rest);
+            const lab_column *c = &data->column[k];
+            if (c->role == LAB_EVENT_TIMES) {
+                audit_events(a, c, &a->channel[k]);
+            } else {
+                audit_channel(&s, data, c, &a->channel[k], rest);
+            }
         }
         share_rests(a);
         find_motion(a);

@@ -7,7 +7,8 @@
  *   - at most ROWS samples up to the third turning point of every channel are compared: beyond it
  *     a small error of the initial state or of a friction may have grown to any size;
  *   - an unknown initial state is that from which the model follows the record (start_follow.c);
- *   - the measure has no scale and no offset (data_compare.h).
+ *   - the measure has no scale and no offset (data_compare.h);
+ *   - times of events are no samples, and left out.
  *
  * A reading that makes no sense (an angle of 20 000 rad/s) may be stiff: it is broken off.
  */
@@ -128,7 +129,9 @@ static void choose_rows(const lab_data *d, int window, int stride, int rows, int
         for (int at = i * stride; at < (i + 1) * stride && at < window; at++) {
             double weight = 0.0;
             for (int k = 0; k < d->ncolumn; k++) {
-                weight += d->column[k].present[at] ? 1.0 / (1.0 + taken[k]) : 0.0;
+                weight += d->column[k].role != LAB_EVENT_TIMES && d->column[k].present[at]
+                              ? 1.0 / (1.0 + taken[k])
+                              : 0.0;
             }
             if (weight > most) {
                 most = weight;
@@ -163,7 +166,7 @@ static stein_status copy_make(copy *c, const lab_data *d, data__reading r, stein
         unsigned char *present = c->present + (size_t)k * n;
         int samples = 0;
         for (int i = 0; i < rows; i++) {
-            present[i] = from->present[c->row[i]];
+            present[i] = from->role != LAB_EVENT_TIMES && from->present[c->row[i]];
             value[i] = present[i] ? factor * from->value[c->row[i]] : NAN;
             samples += present[i];
         }

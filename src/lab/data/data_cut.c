@@ -10,6 +10,15 @@
 #include "data_cut.h"
 #include "data_internal.h"
 
+int data__can_cut(const lab_data *data)
+{
+    int events = 0;
+    for (int i = 0; i < data->ncolumn; i++) {
+        events |= data->column[i].role == LAB_EVENT_TIMES;
+    }
+    return !events;
+}
+
 int data__is_window(const lab_data *data)
 {
     return data->nrow < data->file_rows;
@@ -166,8 +175,9 @@ static int row_of(const lab_data *d, int k, int n)
 static int windows_of(const lab_data *d, double length, int least)
 {
     double lasts = d->time[d->nrow - 1] - d->time[0];
-    double n = fmin(ceil(lasts / length - 1e-9), d->nrow / least);
-    return n > 1.0 ? (int)n : 1;
+    int most = d->nrow / least;
+    double n = fmin(ceil(lasts / length - 1e-9), most);
+    return n > 1.0 && data__can_cut(d) ? (int)n : 1;
 }
 
 stein_status data__cut_all(lab_dataset **out, const lab_dataset *whole, const double *length,

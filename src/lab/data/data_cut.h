@@ -12,6 +12,9 @@ typedef struct data__window {
     int from, to, gap_from, gap_to;
 } data__window;
 
+/** Can it be cut? A record with times of events cannot: which of them falls into a window is known
+ *  for the measured ones, not for those of a simulation that begins there. */
+int data__can_cut(const lab_data *data);
 /** Is it part of its file only? */
 int data__is_window(const lab_data *data);
 /** Which part. */
@@ -20,7 +23,8 @@ data__window data__window_of(const lab_data *data);
  *  of its initial state is kept by a window that begins with the record. Nothing refers to `whole`.
  *  @return OK, ENOMEM */
 stein_status data__cut(lab_data **out, const lab_data *whole, data__window window, stein_err *err);
-/** Records cut into windows of equal numbers of rows; number counts the windows.
+/** Records cut into windows of equal numbers of rows; number counts the windows. Those that cannot
+ *  be cut stay whole.
  *  @param length [whole->n] how long a window of each record may last [s]; INFINITY: it stays whole
  *  @param least  rows of a window, at least
  *  @param of     [out->n] out, for free(): which record a window is part of

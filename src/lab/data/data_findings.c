@@ -100,10 +100,8 @@ static void judge_trigger(lab_audit *a, int *nomem)
     a->trigger_fits = a->nfinding == before;
 }
 
-static void judge_time(lab_audit *a, int *nomem)
+static void judge_rows(lab_audit *a, int *nomem)
 {
-    const lab_data *d = a->data;
-    double length = d->time[d->nrow - 1] - d->time[0], until = d->model->until;
     char t[DATA_SHOWN], u[DATA_SHOWN];
     if (!a->uniform) {
         data__finding(a, nomem, "the sampling rate varies: intervals about %s, the longest %s",
@@ -118,6 +116,16 @@ static void judge_time(lab_audit *a, int *nomem)
     if (a->uniform && a->jitter_sd > 0.1 * a->interval) {
         data__finding(a, nomem, "the intervals jitter by %s about %s",
                       data__quantity(t, a->jitter_sd, "s"), data__quantity(u, a->interval, "s"));
+    }
+}
+
+static void judge_time(lab_audit *a, int *nomem)
+{
+    const lab_data *d = a->data;
+    double length = d->time[d->nrow - 1] - d->time[0], until = d->model->until;
+    char t[DATA_SHOWN], u[DATA_SHOWN];
+    if (!d->events_alone) {
+        judge_rows(a, nomem);
     }
     if (length > 50.0 * until || length < until / 500.0) {
         data__finding(a, nomem,
@@ -157,15 +165,39 @@ static void judge_noise(lab_audit *a, const lab_column *c, const lab_channel_aud
     }
 }
 
+/* how many times of events there are, and how well they are known */
+static void tell_events(lab_audit *a, const lab_column *c, const lab_channel_audit *ch, int *nomem)
+{
+    char x[DATA_SHOWN], y[DATA_SHOWN];
+    if (!isnan(c->noise)) {
+        return;
+    }
+    const char *why = !a->data->events_alone && a->interval > c->digit ? "a frame / sqrt 12"
+                      : ch->noise > 0.5 * c->digit                     ? "the least that is assumed"
+                                                                       : "last digit / sqrt 12";
+    data__finding(
+        a, nomem, "%s: %d time%s at which it %s, the last one %s; noise of a time %s (%s)", c->name,
+        c->samples, c->samples == 1 ? "" : "s", c->events == LAB_EVENTS_BEGIN ? "closes" : "opens",
+        data__quantity(x, ch->high, "s"), data__quantity(y, ch->noise, "s"), why);
+}
+
 static void judge_channel(lab_audit *a, int k, int *nomem)
 {
     const lab_column *c = &a->data->column[k];
     const lab_channel_audit *ch = &a->channel[k];
     char x[DATA_SHOWN];
+    if (c->role == LAB_EVENT_TIMES) {
+        tell_events(a, c, ch, nomem);
+        return;
+    }
     judge_noise(a, c, ch, nomem);
     if (c->wraps > 0) {
         data__finding(a, nomem, "%s: the angle wraps %d time%s: unwrapped", c->name, c->wraps,
                       c->wraps == 1 ? "" : "s");
+    }
+    if (c->smooth > 0.0) {
+        data__finding(a, nomem, "%s: smoothed to half at %s, as the file states", c->name,
+                      data__quantity(x, c->smooth, "Hz"));
     }
     if (ch->low == ch->high) {
         data__finding(a, nomem, "%s: %s throughout", c->name, data__quantity(x, ch->low, c->unit));
@@ -244,6 +276,14 @@ static void put_channel(out *o, const lab_column *c, const lab_channel_audit *ch
 {
     static const char *const from[] = {"at rest", "in motion", "from the step", "unknown"};
     char low[DATA_SHOWN], high[DATA_SHOWN], noise[DATA_SHOWN], step[DATA_SHOWN], lag[48] = "";
+    if (c->role == LAB_EVENT_TIMES) {
+        put(o, lab__text("  %s: %d times of %s, %s .. %s, noise %s (%s)", c->name, c->samples,
+                         c->events == LAB_EVENTS_BEGIN ? "begin" : "end",
+                         data__quantity(low, ch->low, "s"), data__quantity(high, ch->high, "s"),
+                         data__quantity(noise, ch->noise, "s"),
+                         isnan(c->noise) ? from[ch->noise_from] : "given"));
+        return;
+    }
     if (!isnan(ch->correlation[0])) {
         snprintf(lag, sizeof lag, ", correlation of neighbours %.2f", ch->correlation[0]);
     }
@@ -254,18 +294,29 @@ static void put_channel(out *o, const lab_column *c, const lab_channel_audit *ch
                      ch->step > 0.0 ? data__quantity(step, ch->step, c->unit) : "none"));
 }
 
+static void put_rows(out *o, const lab_audit *a)
+{
+    const lab_data *d = a->data;
+    char x[DATA_SHOWN], y[DATA_SHOWN], z[DATA_SHOWN], w[DATA_SHOWN];
+    data__quantity(x, d->time[0], "s");
+    data__quantity(y, d->time[d->nrow - 1], "s");
+    if (d->events_alone) {
+        put(o, lab__text("%s: times of events, %s .. %s", d->file, x, y));
+        return;
+    }
+    int even = a->jitter_sd < 1e-9 * a->interval; // round-off of written times
+    put(o, lab__text("%s: %d rows, %s .. %s, %s, %s%s, %d gap%s", d->file, d->nrow, x, y,
+                     data__quantity(z, a->rate, "Hz"), even ? "no jitter" : "jitter ",
+                     even ? "" : data__quantity(w, a->jitter_sd, "s"), a->gaps,
+                     a->gaps == 1 ? "" : "s"));
+}
+
 stein_status lab_audit_text(const lab_audit *a, lab_report_fn *line, void *ctx, stein_err *err)
 {
     const lab_data *d = a->data;
     out o = {line, ctx, 0};
-    char x[DATA_SHOWN], y[DATA_SHOWN], z[DATA_SHOWN], w[DATA_SHOWN];
-    int even = a->jitter_sd < 1e-9 * a->interval; // round-off of written times
-    put(&o,
-        lab__text("%s: %d rows, %s .. %s, %s, %s%s, %d gap%s", d->file, d->nrow,
-                  data__quantity(x, d->time[0], "s"), data__quantity(y, d->time[d->nrow - 1], "s"),
-                  data__quantity(z, a->rate, "Hz"), even ? "no jitter" : "jitter ",
-                  even ? "" : data__quantity(w, a->jitter_sd, "s"), a->gaps,
-                  a->gaps == 1 ? "" : "s"));
+    char x[DATA_SHOWN], y[DATA_SHOWN];
+    put_rows(&o, a);
     for (int k = 0; k < d->ncolumn; k++) {
         put_channel(&o, &d->column[k], &a->channel[k]);
     }

@@ -30,7 +30,7 @@ static char *copy(data__reader *r, const char *s, size_t n)
 
 /* ---- names ---- */
 
-static const char *suggestion(char *to, size_t room, const mech__nearest *near)
+static char *suggestion(char *to, size_t room, const mech__nearest *near)
 {
     snprintf(to, room, "%s%s%s", near->best != NULL ? ", did you mean \"" : "",
              near->best != NULL ? near->best : "", near->best != NULL ? "\"?" : "");
@@ -46,7 +46,7 @@ static const char *near_param(char *to, size_t room, const stein_model *m, const
     return suggestion(to, room, &near);
 }
 
-static const char *near_channel(char *to, size_t room, const stein_model *m, const char *name)
+char *data__near_channel(char *to, size_t room, const stein_model *m, const char *name)
 {
     mech__nearest near = {name, NULL, 0};
     for (int i = 1; i < m->nchannel; i++) { // 0 is the time
@@ -225,17 +225,27 @@ static void set_trigger(data__reader *r, const char *value, int at)
     }
 }
 
-static void keep_noise(data__reader *r, char *name, char *value, int at_name, int at_value)
+static void keep_about(data__reader *r, data__about about)
 {
-    data__noise *grown = realloc(r->noise, sizeof *grown * ((size_t)r->nnoise + 1));
+    data__about *grown = realloc(r->about, sizeof *grown * ((size_t)r->nabout + 1));
     if (grown == NULL) {
         r->problems.nomem = 1;
-        free(name);
-        free(value);
+        free(about.name);
+        free(about.value);
         return;
     }
-    r->noise = grown;
-    r->noise[r->nnoise++] = (data__noise){name, value, r->lines.line, at_name, at_value};
+    r->about = grown;
+    r->about[r->nabout++] = about;
+}
+
+/* the word that begins a line about a column. @return -1: none of them */
+static int about_word(const char *text, part *word)
+{
+    int i = 0;
+    while (i < DATA_ABOUTS && !take_word(text, word, data__about_word[i])) {
+        i++;
+    }
+    return i < DATA_ABOUTS ? i : -1;
 }
 
 void data__note_line(data__reader *r, const char *text, size_t size)
@@ -248,14 +258,15 @@ void data__note_line(data__reader *r, const char *text, size_t size)
     int plain = r->options->inputs_only; // signals alone: nothing is said about a stroke
     int known = !plain && take_word(text, &word, "known");
     int set = known || (!plain && take_word(text, &word, "set"));
-    int noise = !plain && !set && take_word(text, &word, "noise");
+    int about = plain || set ? -1 : about_word(text, &word);
     int at_name = data__column(text, (int)word.from),
         at_value = data__column(text, (int)value.from);
-    if ((set || noise) && (colon == NULL || word.from == word.to)) {
+    if ((set || about >= 0) && (colon == NULL || word.from == word.to)) {
         data__problem(&r->problems, 0, r->lines.line, at_name, "expected \"# %s NAME: VALUE\"",
                       known ? "known"
                       : set ? "set"
-                            : "noise");
+                            : data__about_word[about]);
+        r->stop |= about == DATA_EVENTS; // what its column holds is not known
         return;
     }
     if (++r->notes > DATA_NOTES) {
@@ -264,7 +275,7 @@ void data__note_line(data__reader *r, const char *text, size_t size)
         r->stop = 1;
         return;
     }
-    part called = set || noise ? word : name;
+    part called = set || about >= 0 ? word : name;
     char *n = copy(r, text + called.from, called.to - called.from);
     char *v = copy(r, text + value.from, value.to - value.from);
     if (n == NULL || v == NULL || set || (!plain && strcmp(n, "trigger") == 0)) {
@@ -275,8 +286,8 @@ void data__note_line(data__reader *r, const char *text, size_t size)
         }
         free(n);
         free(v);
-    } else if (noise) {
-        keep_noise(r, n, v, at_name, at_value);
+    } else if (about >= 0) {
+        keep_about(r, (data__about){about, n, v, r->lines.line, at_name, at_value});
     } else {
         keep_note(r, n, v);
     }
@@ -305,7 +316,7 @@ static int fit_unit(data__reader *r, data__title *t, const char *wanted)
     return wrong == 0;
 }
 
-static int is_repeated(data__reader *r, const data__title *t)
+int data__is_repeated(data__reader *r, const data__title *t)
 {
     for (const data__title *other = r->title; other < t; other++) {
         if (strcmp(other->name, t->name) == 0 && *t->name != '\0') {
@@ -352,13 +363,17 @@ static int is_passed_over(const data__reader *r, const data__title *t)
     return known > 0 && near.best == NULL;
 }
 
-static void pass_over(data__reader *r, const data__title *t)
+int data__pass_over(data__reader *r, const data__title *t)
 {
+    if (!is_passed_over(r, t) || *t->name == '\0') {
+        return is_passed_over(r, t);
+    }
     char *list = r->out->passed_over == NULL ? lab__text("%s", t->name)
                                              : lab__text("%s, %s", r->out->passed_over, t->name);
     free(r->out->passed_over);
     r->out->passed_over = list;
     r->problems.nomem |= list == NULL;
+    return 1;
 }
 
 static void add_channel(data__reader *r, data__title *t)
@@ -367,15 +382,14 @@ static void add_channel(data__reader *r, data__title *t)
     int input = stein_find_input(m, t->name);
     int channel = input < 0 ? stein_find_channel(m, t->name) : -1;
     char hint[MECH_PATH + 32];
-    if (input < 0 && channel < 0 && is_passed_over(r, t)) {
-        pass_over(r, t);
+    if (input < 0 && channel < 0 && data__pass_over(r, t)) {
         return;
     }
     if (input < 0 && channel < 0) {
         data__problem(&r->problems, 0, r->header_line, t->at,
                       "\"%s\" is no output or input of "
                       "\"%s\"%s",
-                      t->name, m->name, near_channel(hint, sizeof hint, m, t->name));
+                      t->name, m->name, data__near_channel(hint, sizeof hint, m, t->name));
         return;
     }
     const char *wanted = input >= 0 ? m->inputs[input].unit : m->channels[channel].unit;
@@ -427,12 +441,17 @@ static void add_title(data__reader *r, int k)
     int used = !r->options->inputs_only || stein_find_input(r->model, t->name) >= 0;
     if (k == r->time_at) {
         add_time(r, t);
-    } else if (*t->name == '\0' && (!used || k < r->time_at || is_passed_over(r, t))) {
+    } else if (*t->name == '\0' && (!used || k < r->time_at || data__pass_over(r, t))) {
         return; // an index, or what a spreadsheet adds at the end
     } else if (*t->name == '\0') {
         data__problem(&r->problems, 0, r->header_line, t->at, "column %d has no name", k + 1);
-    } else if (used && !is_repeated(r, t)) {
-        add_channel(r, t);
+    } else if (used && !data__is_repeated(r, t)) {
+        const data__about *events = data__events_of(r, t->name);
+        if (events != NULL) {
+            data__add_events(r, t, events);
+        } else {
+            add_channel(r, t);
+        }
     }
 }
 
@@ -445,6 +464,9 @@ static void add_titles(data__reader *r, const char *text, const data__cell *cell
         t->at = data__column(text, cell[r->ntitle].at);
         t->factor = 1.0;
         at = at == n && data__is_time(r->model, t->name) ? r->ntitle : at;
+    }
+    if (data__event_titles(r)) {
+        return;
     }
     r->time_at = at < n ? at : 0;
     if (is_foreign(r)) {
@@ -462,22 +484,34 @@ int data__is_header(const data__reader *r, const char *text, size_t size)
     char name[DATA_SHOWN], unit[DATA_SHOWN];
     int n = data__cells(text, size, data__separator(text, size), cell), k = 0;
     while (k < n && k < DATA_COLUMNS &&
-           (data__cut_title(r->model, cell[k], name, unit) < 0 || !data__is_time(r->model, name))) {
+           (data__cut_title(r->model, cell[k], name, unit) < 0 ||
+            (!data__is_time(r->model, name) && data__events_of(r, name) == NULL))) {
         k++;
     }
     return k < n && k < DATA_COLUMNS;
+}
+
+/* the column whose cell is a unit of time in a row of units: that of the time, or the first one
+ * with times of events; -1: it states its unit */
+static int timed_column(const data__reader *r)
+{
+    int k = r->alone ? 0 : r->time_at;
+    while (r->alone && k < r->ntitle && !r->title[k].known) {
+        k++;
+    }
+    return k < r->ntitle && r->title[k].has_unit == 0 ? k : -1;
 }
 
 /* Is it a row of units below the titles? Then they are those of titles that state none. */
 int data__unit_line(data__reader *r, const data__cell *cell, int n)
 {
     char unit[DATA_SHOWN];
-    int exp10;
+    int exp10, timed = timed_column(r);
     double factor;
-    if (n != r->ntitle || r->title[r->time_at].has_unit != 0) {
+    if (n != r->ntitle || timed < 0) {
         return 0;
     }
-    data__cut_unit(cell[r->time_at], unit);
+    data__cut_unit(cell[timed], unit);
     if (data__unit(unit, "s", &exp10, &factor) != 0) {
         return 0;
     }
@@ -520,69 +554,4 @@ void data__header_line(data__reader *r, int line, const char *text, size_t size)
         return;
     }
     add_titles(r, text, cell, n);
-}
-
-/* ---- noise ---- */
-
-static lab_column *column_named(data__reader *r, const char *name)
-{
-    for (int i = 0; i < r->out->data.ncolumn; i++) {
-        if (strcmp(r->out->column[i].name, name) == 0) {
-            return &r->out->column[i];
-        }
-    }
-    return NULL;
-}
-
-/* is there such a title, of a column that was refused? that has been told */
-static int is_refused(const data__reader *r, const char *name)
-{
-    for (int k = 0; k < r->ntitle; k++) {
-        if (k != r->time_at && !r->title[k].known && strcmp(r->title[k].name, name) == 0) {
-            return 1;
-        }
-    }
-    return 0;
-}
-
-void data__settle_noise(data__reader *r)
-{
-    for (int i = 0; i < r->nnoise && !r->options->inputs_only; i++) {
-        const data__noise *n = &r->noise[i];
-        lab_column *c = column_named(r, n->name);
-        stein_err err = {STEIN_OK, ""};
-        char hint[MECH_PATH + 32], shown[DATA_SHOWN];
-        mech_dim dim = {.kg = 0};
-        double v = NAN;
-        if (c == NULL && is_refused(r, n->name)) {
-            continue;
-        }
-        if (c == NULL) {
-            int known = stein_find_channel(r->model, n->name) >= 0 ||
-                        stein_find_input(r->model, n->name) >= 0;
-            data__problem(&r->problems, 0, n->line, n->name_column, "noise of \"%s\": %s%s",
-                          data__shown(shown, n->name, strlen(n->name)),
-                          known ? "no such column in this file"
-                                : "no such output or input of the model",
-                          known ? "" : near_channel(hint, sizeof hint, r->model, n->name));
-            continue;
-        }
-        mech_parse_unit(c->unit, &dim, NULL);
-        if (mech_parse_quantity(n->value, dim, &v, &err) != STEIN_OK) {
-            data__problem(&r->problems, 0, n->line, n->value_column, "noise of \"%s\": %s", c->name,
-                          err.msg);
-        } else if (!(v > 0.0)) {
-            data__problem(&r->problems, 0, n->line, n->value_column,
-                          "noise of \"%s\": a standard "
-                          "deviation is greater than zero",
-                          c->name);
-        } else if (!isnan(c->noise) && c->noise != v) {
-            data__problem(&r->problems, 0, n->line, n->name_column,
-                          "the noise of \"%s\" is given "
-                          "twice, with different values",
-                          c->name);
-        } else {
-            c->noise = v;
-        }
-    }
 }

@@ -2,7 +2,7 @@
  * data_internal.h - what the files that read and audit data share with each other.
  *
  *   bytes --data_lines.c--> lines, cells, numbers --data_titles.c, data_header.c,
- *                                                     data.c, data_unwrap.c--> lab_data
+ *                       data_columns.c, data_events.c, data.c, data_unwrap.c--> lab_data
  *                                                        |
  *                   lab_audit <--data_audit.c, data_noise.c, data_rest.c--+
  *                       +--data_findings.c--> sentences, text
@@ -28,6 +28,19 @@ enum {
     DATA_CELL = 200 /* bytes of a number */
 };
 
+/** Kinds of problems that are counted; per column: kind + DATA_KINDS * (1 + column). */
+enum {
+    DATA_NOTE_BELOW = 2,
+    DATA_RAGGED,
+    DATA_NO_TIME,
+    DATA_TIME_ORDER,
+    DATA_BAD_CELL,
+    DATA_QUOTES,
+    DATA_EVENT_ORDER,
+    DATA_EVENT_GAP,
+    DATA_EVENT_EARLY,
+    DATA_KINDS
+};
 /** Problems of one file. Those of one kind (not 0) are told once and counted. */
 typedef struct data__problems {
     const char *file;
@@ -82,6 +95,8 @@ int data__column(const char *text, int at);
  *  @param point  in, out: decimal sign of the file, 0 until a number has shown it
  *  @return NULL, or what is wrong: "expected a number" ... (static text) */
 const char *data__number(data__cell cell, int exp10, locale_t c, char *point, double *value);
+/** One of the last digit that a good number is written with, times 10^exp10. */
+double data__last_digit(data__cell cell, int exp10, char point);
 
 /* ---- data_titles.c ---- */
 
@@ -125,11 +140,18 @@ typedef struct data__file {
 /** The public part points to what was grown. */
 void data__hand_over(data__file *out);
 
-/** A `# noise` until the header is known. */
-typedef struct data__noise {
+/** ", did you mean ...?" with the output or input of a model whose name is next, or nothing.
+ *  @param to  [room] out, returned */
+char *data__near_channel(char *to, size_t room, const stein_model *m, const char *name);
+/** Lines about a column: "# WORD NAME: VALUE". */
+enum { DATA_NOISE, DATA_SMOOTH, DATA_EVENTS, DATA_ABOUTS };
+extern const char *const data__about_word[DATA_ABOUTS];
+/** One of them until the header is known. */
+typedef struct data__about {
+    int word;
     char *name, *value;
     int line, name_column, value_column;
-} data__noise;
+} data__about;
 
 /** What is known of a column of the file. */
 typedef struct data__title {
@@ -144,6 +166,10 @@ typedef struct data__title {
     unsigned char *present;
     int samples, varies, refused;
     double first; /* value, to know a constant channel by */
+    int events;   /* 1: it holds times of events */
+    int ended;    /* 1: of these, an empty cell has been seen */
+    double last;  /* of these [s] */
+    double digit; /* smallest last digit of these [s] */
 } data__title;
 
 typedef struct data__reader {
@@ -156,29 +182,54 @@ typedef struct data__reader {
     data__title *title;   /* [ntitle] */
     int ntitle, header_line;
     char separator, point; /* of cells; of decimals, 0: not seen yet */
-    int time_at;           /* column of the time */
+    int time_at;           /* column of the time; -1: none */
+    int alone;             /* 1: there is no time, only times of events; time_at is -1 */
     char *above;           /* the last line above the rows that is no header; NULL: none */
     int above_line, nabove;
     int trigger_line, notes;
-    data__noise *noise;
-    int nnoise;
+    data__about *about; /* [nabout] */
+    int nabout;
     int room, rows; /* of the columns; rows with problems are counted, not kept */
     int refused;    /* rows without a good time, or ragged */
     double last;    /* time of the row before */
+    double start;   /* of the first row; without a time 0 */
     locale_t c;
     int stop; /* reading on makes no sense */
 } data__reader;
 
+/** Is there a column of this name in front of it? That is told. */
+int data__is_repeated(data__reader *r, const data__title *t);
 /** A "#" line before the header. */
 void data__note_line(data__reader *r, const char *text, size_t size);
 /** @param line  of the file */
 void data__header_line(data__reader *r, int line, const char *text, size_t size);
-/** Is one of its cells the title of the time? */
+/** Is one of its cells the title of the time, or of times of events? */
 int data__is_header(const data__reader *r, const char *text, size_t size);
 /** Units in a line of their own below the titles. @return 0: it is none */
 int data__unit_line(data__reader *r, const data__cell *cell, int n);
-/** Give every `# noise` to its column. */
-void data__settle_noise(data__reader *r);
+/** Does a column have nothing to do with the model? It is kept in mind, the audit tells it.
+ *  @return 0: it may be a slip */
+int data__pass_over(data__reader *r, const data__title *t);
+
+/* ---- data_events.c ---- */
+
+/** Do these titles belong to a file of times of events alone? Then the columns that hold them are
+ *  added. What is wrong with lines "# events" is told. @return 1: the titles are done with, or
+ *  nothing can be read */
+int data__event_titles(data__reader *r);
+/** The declaration of a title's times of events; NULL: it holds samples. */
+const data__about *data__events_of(const data__reader *r, const char *name);
+/** The column of such a title. */
+void data__add_events(data__reader *r, data__title *t, const data__about *about);
+/** One cell of it. @param v  NAN: empty  @return 1 when it may stand there */
+int data__take_event(data__reader *r, int k, int column, double v);
+/** The rows of a file of times of events alone: 0 and these times. @return 1; 0: no memory */
+int data__event_rows(data__reader *r);
+
+/* ---- data_columns.c ---- */
+
+/** Give every line about a column to it. */
+void data__settle_columns(data__reader *r);
 
 /* ---- audit: data_findings.c, data_noise.c, data_rest.c ---- */
 

@@ -15,6 +15,7 @@
 #include <string.h>
 
 #include "data_internal.h"
+#include "functions.h"
 
 /* ---- problems ---- */
 
@@ -406,6 +407,14 @@ static char decided(data__cell cell, char point)
         return ',';
     }
     return (char)(memchr(cell.s, '.', cell.n) != NULL ? '.' : '\0');
+}
+
+double data__last_digit(data__cell cell, int exp10, char point)
+{
+    decimal d;
+    return cell.n < DATA_CELL && take_apart(cell, decided(cell, point), &d) == 0
+               ? stein__power(10.0, d.exp10 + exp10)
+               : 0.0;
 }
 
 const char *data__number(data__cell cell, int exp10, locale_t c, char *point, double *value)

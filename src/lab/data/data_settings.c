@@ -89,7 +89,8 @@ static double off_by(const fit__stroke *s, int c, const double *predicted, doubl
     double sum = 0.0, squares = 0.0, span = range(y, s->n);
     int n = 0, k = 0;
     for (int i = 0; span > 0.0 && i < s->n; i++) {
-        double r = (y[i] - shifted(t, h, s->n, t[i] + tau, &k)) / span;
+        double there = s->event[c].is ? h[i] - tau : shifted(t, h, s->n, t[i] + tau, &k);
+        double r = (y[i] - there) / span;
         if (!isnan(r)) {
             sum += r;
             squares += r * r;

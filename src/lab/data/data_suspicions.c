@@ -228,6 +228,9 @@ static void offer_all(data__suspects *a, const lab_data *d)
     offer(a, (data__guess){.factor = 1.0, .time = 1e3});
     for (int k = 0; k < d->ncolumn; k++) {
         const lab_column *c = &d->column[k];
+        if (c->role == LAB_EVENT_TIMES) {
+            continue;
+        }
         double odd = strcmp(c->unit, "rad") == 0 || strcmp(c->unit, "rad/s") == 0 ? degrees : 100.0;
         double factor[] = {1e-3, 1e3, 1.0 / odd, odd, -1.0};
         for (int i = 0; i < 5; i++) {

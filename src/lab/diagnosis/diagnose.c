@@ -131,6 +131,19 @@ static stein_status check_step(diagnosis *d, stein_err *err)
     return add_finding(d->out, line, 1, err);
 }
 
+/* does a record state another band of an input? */
+static int states_another(const lab_dataset *data, int input, double hz)
+{
+    int yes = 0;
+    for (int s = 0; s < data->n; s++) {
+        for (int i = 0; i < data->stroke[s]->ncolumn; i++) {
+            const lab_column *c = &data->stroke[s]->column[i];
+            yes |= c->role == LAB_INPUT && c->index == input && c->smooth > 0.0 && c->smooth != hz;
+        }
+    }
+    return yes;
+}
+
 /* up to which frequency measured motions are taken as motion, where that is not as their noise has
  * it */
 static stein_status tell_bands(diagnosis *d, stein_err *err)
@@ -142,17 +155,47 @@ static stein_status tell_bands(diagnosis *d, stein_err *err)
         if (m->inputs[i].kind != STEIN_INPUT_MOTION || !isfinite(hz)) {
             continue;
         }
-        char *line = lab__text(d->def->smooth > 0.0
-                                   ? "%s: smoothed to half at %.3g Hz"
-                                   : "%s: smoothed to half at %.3g Hz; what is faster does not "
-                                     "show in the measured forces",
-                               m->inputs[i].name, hz);
+        int another = states_another(&d->fitted, i, hz);
+        char *line =
+            lab__text("%s: smoothed to half at %.3g Hz%s", m->inputs[i].name, hz,
+                      d->def->smooth > 0.0 ? another ? ", in place of what files state" : ""
+                      : another            ? " where files state nothing; what is faster does not "
+                                             "show in the measured forces"
+                                : "; what is faster does not show in the measured forces");
         if (line != NULL && d->def->report != NULL) {
             d->def->report(d->def->ctx, line);
         }
         status = add_finding(d->out, line, 1, err);
     }
     return status;
+}
+
+/* measured times of events for which the file's own numbers make no event */
+static stein_status tell_lacking(diagnosis *d, stein_err *err)
+{
+    const fit__problem *p = &d->q.null;
+    int *lacking = calloc((size_t)p->nstroke + 1, sizeof *lacking), records = 0, events = 0;
+    double *x = calloc((size_t)p->nu + 1, sizeof *x);
+    const char *first = NULL;
+    stein_status status =
+        lacking != NULL && x != NULL ? fit__lacking(p, x, lacking, err) : lab__no_memory(err);
+    for (int s = 0; status == STEIN_OK && s < p->nstroke; s++) {
+        first = first == NULL && lacking[s] > 0 ? p->stroke[s].data->file : first;
+        records += lacking[s] > 0;
+        events += lacking[s];
+    }
+    free(lacking);
+    free(x);
+    if (status != STEIN_OK || records == 0) {
+        return status;
+    }
+    char *line = lab__text("%s%s: %d of the measured events do not happen with the file's own "
+                           "numbers; each counts as far off as the last one is",
+                           first, records > 1 ? " and others" : "", events);
+    if (line != NULL && d->def->report != NULL) {
+        d->def->report(d->def->ctx, line);
+    }
+    return add_finding(d->out, line, 1, err);
 }
 
 /* signs, zeros, units and planes with which the records' beginnings would follow */
@@ -187,6 +230,7 @@ static stein_status search(diagnosis *d, const char *file, const lab_model *mode
     d->out->samples = d->q.null.samples;
     status = status == STEIN_OK ? tell_bands(d, err) : status;
     status = status == STEIN_OK ? check_step(d, err) : status;
+    status = status == STEIN_OK ? tell_lacking(d, err) : status;
     status = status == STEIN_OK ? check_setup(d, err) : status;
     diag__progress(d, 0.05, "search for causes");
     status = status == STEIN_OK ? diag__search(&d->q, &d->t, err) : status;

@@ -147,7 +147,8 @@ static int has_blocks(const outlook *o, const lab_dataset *data)
     int yes = o->free && o->shown && o->half > 0.0;
     for (int s = 0; s < data->n; s++) {
         const lab_data *t = data->stroke[s];
-        yes &= t->nrow >= 6 * LEAST_ROWS && t->time[t->nrow - 1] - t->time[0] >= 6.0 * o->half;
+        yes &= data__can_cut(t) && t->nrow >= 6 * LEAST_ROWS &&
+               t->time[t->nrow - 1] - t->time[0] >= 6.0 * o->half;
     }
     return yes;
 }
@@ -156,13 +157,14 @@ stein_status diag__cut(diagnosis *d, const lab_model *model, const lab_dataset *
                        stein_err *err)
 {
     outlook o = {.horizon = NULL};
-    int *is_chaotic = calloc((size_t)data->n, sizeof *is_chaotic), n = 0;
+    int *is_chaotic = calloc((size_t)data->n, sizeof *is_chaotic), n = 0, whole = 0;
     double growth = 0.0;
     *line = NULL;
     stein_status status =
         is_chaotic != NULL ? look_ahead(d, model, data, &o, err) : lab__no_memory(err);
     for (int s = 0; status == STEIN_OK && s < data->n; s++) {
-        is_chaotic[s] = o.horizon[s].growth > chaotic;
+        is_chaotic[s] = o.horizon[s].growth > chaotic && data__can_cut(data->stroke[s]);
+        whole += o.horizon[s].growth > chaotic && !is_chaotic[s];
         n += is_chaotic[s];
         growth = fmax(growth, o.horizon[s].growth);
     }
@@ -170,6 +172,10 @@ stein_status diag__cut(diagnosis *d, const lab_model *model, const lab_dataset *
     if (n > 0 && o.shown && isfinite(at)) {
         status = cut(d, model, data, is_chaotic, &at, err);
         *line = d->cut ? tell(d, data, n, growth, at) : NULL;
+    } else if (status == STEIN_OK && n == 0 && whole > 0) {
+        *line =
+            lab__text("%d record%s of chaotic motion with times of events: not cut into windows",
+                      whole, whole == 1 ? "" : "s");
     } else if (status == STEIN_OK && n == 0 && data->n < HOLD_EVERY && d->def->held_out == NULL &&
                has_blocks(&o, data)) {
         status = data__hold_blocks(&d->windows, data, &d->record_of, err);

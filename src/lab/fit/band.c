@@ -35,19 +35,6 @@ static const double as_good = 1.02;     /* ratio of residuals */
 static const double enough = 0.3;       /* of the objective: a fit has ended */
 static const double half_octave = 0.7071067811865476;
 
-/* is there a channel of the force that a prescribed motion needs? */
-static int is_told(const fit__problem *p, int input)
-{
-    const stein_model *m = lab_equations(p->model);
-    int channel = lab__channel_of(m, STEIN_READ_INPUT_FORCE, input), yes = 0;
-    for (int s = 0; channel >= 0 && s < p->nstroke; s++) {
-        for (int c = 0; c < p->stroke[s].nch; c++) {
-            yes |= p->stroke[s].channel[c] == channel;
-        }
-    }
-    return yes && m->inputs[input].kind == STEIN_INPUT_MOTION;
-}
-
 static const lab_column *column_of(const lab_data *data, int input)
 {
     for (int i = 0; i < data->ncolumn; i++) {
@@ -56,6 +43,35 @@ static const lab_column *column_of(const lab_data *data, int input)
         }
     }
     return NULL;
+}
+
+double fit__band_of(const fit__problem *p, const lab_data *data, int input)
+{
+    const lab_column *c = column_of(data, input);
+    double hz = p->def->smooth != NULL ? p->def->smooth[input] : (double)NAN;
+    int states = c != NULL && c->smooth > 0.0 && !p->def->smooth_all;
+    return states ? c->smooth : hz;
+}
+
+/* does a record leave the band open of a motion that it shows? */
+static int leaves_open(const lab_data *data, int input)
+{
+    const lab_column *c = column_of(data, input);
+    return c != NULL && !(c->smooth > 0.0);
+}
+
+/* Is there a channel of the force that a prescribed motion needs, in a record that does not state
+ * the band? */
+static int is_told(const fit__problem *p, int input)
+{
+    const stein_model *m = lab_equations(p->model);
+    int channel = lab__channel_of(m, STEIN_READ_INPUT_FORCE, input), yes = 0;
+    for (int s = 0; channel >= 0 && s < p->nstroke; s++) {
+        for (int c = 0; c < p->stroke[s].nch; c++) {
+            yes |= p->stroke[s].channel[c] == channel && leaves_open(p->stroke[s].data, input);
+        }
+    }
+    return yes && m->inputs[input].kind == STEIN_INPUT_MOTION;
 }
 
 /* RMS of a signal about its mean */
@@ -78,7 +94,7 @@ static stein_status resmooth(fit__problem *p, int input, double hz, double *lost
         const fit__stroke *t = &p->stroke[s];
         for (int k = 0; status == STEIN_OK && k < t->nsignal; k++) {
             fit__signal *g = &t->signal[k], to;
-            if (g->input != input) {
+            if (g->input != input || !leaves_open(t->data, input)) {
                 continue;
             }
             status = fit__signal_make(&to, input, 1, t->data, column_of(t->data, input), g->noise,
@@ -224,8 +240,8 @@ static const lab_column *output_of(const lab_data *data, int channel)
 stein_status fit__widen_noise(const fit__problem *p, fit__stroke *s, int k, stein_err *err)
 {
     const stein_channel *c = &lab_equations(p->model)->channels[s->channel[k]];
-    int force = c->read == STEIN_READ_INPUT_FORCE && p->def->smooth != NULL && !s->given[k];
-    double hz = force ? p->def->smooth[c->index] : (double)NAN;
+    int force = c->read == STEIN_READ_INPUT_FORCE && !s->given[k];
+    double hz = force ? fit__band_of(p, s->data, c->index) : (double)NAN;
     fit__signal beyond = {.t = NULL};
     if (!isfinite(hz)) {
         return STEIN_OK;

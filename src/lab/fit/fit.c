@@ -63,14 +63,15 @@ static double shifted_misfit(const fit__stroke *s, const double *y, double tau)
     double total = 0.0;
     for (int c = 0; c < s->nch; c++) {
         double n = 0.0, sum = 0.0, squares = 0.0;
-        int from = 0;
+        int from = 0, event = s->event[c].is;
         for (int i = 0; i < s->n; i++) {
             double measured = s->y[c * s->n + i];
             if (isfinite(measured)) {
                 double t = s->data->time[i] + tau;
-                double d = (measured - shifted(s, y + c * s->n, t, &from)) / s->noise[c];
+                double there = event ? y[c * s->n + i] - tau : shifted(s, y + c * s->n, t, &from);
+                double d = (measured - there) / s->noise[c];
                 n += 1.0;
-                sum += d;
+                sum += event ? 0.0 : d; // a shift of all times is what is looked for
                 squares += d * d;
             }
         }

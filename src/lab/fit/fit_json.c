@@ -41,6 +41,7 @@ static void json_strokes(lab__json *out, const lab_fit *fit)
         lab__json_text(out, "file", t->file);
         lab__json_text(out, "fnv1a64", hash);
         lab__json_int(out, "rows", t->rows);
+        lab__json_int(out, "lacking_events", t->lacking);
         lab__json_real(out, "chi2", t->chi2);
         lab__json_open(out, "nuisances", '[');
         for (int k = 0; k < t->nvalue; k++) {

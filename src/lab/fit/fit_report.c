@@ -96,7 +96,8 @@ static void describe_residual(const fit__problem *p, lab_fit *fit, int s, int c,
     const fit__stroke *t = &p->stroke[s];
     lab_fit_residual *to = &fit->residual[fit->nresidual++];
     *to = (lab_fit_residual){.stroke = s,
-                             .channel = m->channels[t->channel[c]].name,
+                             .channel = t->event[c].is ? t->event[c].name
+                                                       : m->channels[t->channel[c]].name,
                              .unit = m->channels[t->channel[c]].unit,
                              .noise = t->noise[c],
                              .noise_given = t->given[c],
@@ -135,6 +136,18 @@ static stein_status make_lists(const fit__problem *p, lab_fit *fit, stein_err *e
                : lab__no_memory(err);
 }
 
+static stein_status count_lacking(const fit__problem *p, lab_fit *fit, const double *x,
+                                  stein_err *err)
+{
+    int *lacking = calloc((size_t)p->nstroke + 1, sizeof *lacking);
+    stein_status status = lacking != NULL ? fit__lacking(p, x, lacking, err) : lab__no_memory(err);
+    for (int s = 0; status == STEIN_OK && s < p->nstroke; s++) {
+        fit->stroke[s].lacking = lacking[s];
+    }
+    free(lacking);
+    return status;
+}
+
 stein_status fit__describe(const fit__problem *p, lab_fit *fit, const double *x, const double *r,
                            stein_err *err)
 {
@@ -153,6 +166,7 @@ stein_status fit__describe(const fit__problem *p, lab_fit *fit, const double *x,
             describe_residual(p, fit, s, c, r);
         }
     }
+    status = status == STEIN_OK ? count_lacking(p, fit, x, err) : status;
     fit->chi2 = fit__chi2(p, r);
     fit->prior = fit__priors(p, x);
     fit->samples = p->samples;

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * fitting.h - what the files of the fit share.
  *
- *   problem.c      strokes and unknowns from model and data
+ *   problem.c      unknowns from model and data
+ *   stroke.c       strokes from data
  *   signal.c       measured inputs as smooth signals
  *   band.c         how far they are smoothed where the forces of a motion were measured
  *   start_window.c value and slope of a channel at the start of its record
@@ -11,7 +12,8 @@
  *   start_follow.c the initial state from which a simulation follows a record's beginning
  *   horizon.c      how far ahead a stroke can be predicted
  *   setup.c        what keeps a record from beginning as the model moves: sense, zero, plane
- *   simulate.c     one stroke at the data's own times
+ *   simulate.c     one stroke at the data's own times, stroke_reader.h
+ *   event_times.c  the times of its events
  *   observer.c     the same, held near the data
  *   many.c         many strokes, on threads and in lanes
  *   row.c, row.h   those in the lanes of one thread
@@ -104,6 +106,16 @@ extern const char *const fit__number_name[FIT__NUMBERS];
 /** Which of them is called so; -1: none. */
 int fit__find_number(const char *name);
 
+/** Which events a channel of a stroke holds times of. */
+typedef struct fit__event {
+    int is;             /* 0: it holds samples */
+    int end;            /* 1: events that open the place; 0: that close it */
+    int contact, notch; /* the place; -1: the other one */
+    const char *name;   /* of its column */
+    int n;              /* measured times */
+    double shortest;    /* interval of two of them, or from the start to the first one [s] */
+} fit__event;
+
 /** One unknown. */
 typedef struct fit__unknown {
     fit__kind kind;
@@ -119,13 +131,15 @@ typedef struct fit__unknown {
 typedef struct fit__stroke {
     const lab_data *data;
     int n, nch;
-    int *channel;        /* [nch] of the model */
+    int nsampled;        /* channels with samples, which come first; times of events follow */
+    int *channel;        /* [nch] of the model; of times of events the one that reads the time */
+    fit__event *event;   /* [nch] */
     double *noise;       /* [nch] sd */
     double *audited;     /* [nch] noise by file or audit, before the residual was asked */
     double *residual;    /* [nch] noise as the residual has it */
     int *given;          /* [nch] noise by the file */
     int *delay;          /* [nch] parameter of the instrument's delay, -1: none */
-    double *y;           /* [nch*n], NAN: missing */
+    double *y;           /* [nch*n], NAN: missing. Of events: when the i-th one was [s] */
     double *weight;      /* [nch*n] square roots of robust weights; NULL: all 1 */
     double *share;       /* [nch*n] square root of what a sample counts as: 1, less where an encoder
                             repeats its reading; 0: missing */
@@ -225,6 +239,27 @@ double fit__value(const fit__unknown *u, double x);
 /** dz value: value for a logarithm, else 1. */
 double fit__slope(const fit__unknown *u, double x);
 
+/* ---- stroke.c ---- */
+
+/** A stroke of p from its data. @return OK, EINVAL (no output to fit), ENOMEM */
+stein_status fit__take_stroke(fit__problem *p, int stroke, const lab_data *data, stein_err *err);
+
+/* ---- event_times.c ---- */
+
+/** When sample k of [nch*n] was taken [s of the data]; of an event when it was, NAN: missing. */
+static inline double fit__time_of(const fit__stroke *s, int k)
+{
+    return s->event[k / s->n].is ? s->y[k] : s->data->time[k % s->n];
+}
+/** The row of the record at that time: of an event that is missing, row 0. */
+int fit__row_of(const fit__stroke *s, int k);
+/** Name and unit of a channel of the model in these strokes; the one of the time stands for times
+ *  of events. */
+const char *fit__name_of(const fit__problem *p, int channel);
+/** Measured times of events that the simulation lacks: it has fewer events in the record.
+ *  @param lacking  out: [nstroke] of each stroke  @return OK, ENOMEM */
+stein_status fit__lacking(const fit__problem *p, const double *x, int *lacking, stein_err *err);
+
 /* ---- start_window.c ---- */
 
 /** Does a channel show where something is, or how fast it moves? */
@@ -311,9 +346,13 @@ stein_status fit__finish(fit__bench *b, stein_status status);
 
 /* ---- band.c ---- */
 
+/** The band of a prescribed motion in a record: that of def->smooth where that is for all, else the
+ *  one that the record states, else that of def->smooth [Hz]; NAN: as its noise allows. */
+double fit__band_of(const fit__problem *p, const lab_data *data, int input);
+
 /** The frequency up to which each measured motion is taken as motion, where the force that it
- * needed was measured, too. The signals of p become those.
- *  @param hz  [ninput] out; NAN: as the noise of the motion allows
+ * needed was measured, too. The signals of p become those, but where a record states its band.
+ *  @param hz  [ninput] out; NAN: as the noise of the motion allows, or stated by all records
  *  @return OK, ENOMEM, the failure of making a simulation */
 stein_status fit__choose_bands(fit__problem *p, double *hz, stein_err *err);
 /** Raises the noise of channel k of a stroke to the RMS of what it does above the band of its

@@ -34,7 +34,7 @@ double fit__misfit(const fit__problem *p, fit__bench *b, int stroke, const doubl
         return INFINITY;
     }
     for (int i = 0; i < s->nch * s->n; i++) {
-        if (isfinite(s->y[i]) && s->data->time[i % s->n] - s->origin <= to.horizon) {
+        if (isfinite(s->y[i]) && fit__time_of(s, i) - s->origin <= to.horizon) {
             double r = (s->y[i] - b->y[i]) / s->noise[i / s->n];
             sum += r * r;
             n++;

@@ -27,7 +27,6 @@
 enum { FEW = 4 }; /* strokes; fewer cannot show that they scatter */
 static const double weak_length = 1e-3,
                     weak_angle = 1e-2; /* prior of a number that is 0 [m, rad] */
-static const double locked = 0.4; /* noise in steps: step / sqrt(12) and as much of other noise */
 static const double per_second = 1.0;  /* bias of a rate sensor: a marker's offset in a second */
 static const double of_setting = 0.01; /* least sd of what was set by hand, in its size: chosen */
 static const double marker_arm = 0.1;  /* a marker's offset as an angle: over this lever [m] */
@@ -257,11 +256,23 @@ static void own(fit__problem *p, fit__stroke *s, int stroke, fit__kind kind, int
     s->own++;
 }
 
-/* A state that the stroke states is that of t = 0; if none is, the start is the first sample. */
+/* tolerance of a number of a joint's start by the file; 0: none */
+static double start_tolerance(const fit__problem *p, int joint, const char *what)
+{
+    const stein_model *m = lab_equations(p->model);
+    char name[MECH_PATH];
+    snprintf(name, sizeof name, "%s.initial.%s", m->bodies[joint].name, what);
+    int i = stein_find_param(m, name);
+    return i >= 0 ? m->params[i].tolerance : 0.0;
+}
+
+/* A state that the stroke states is that of t = 0; if none is, the start is the first sample. Times
+ * of events alone show no start: it is as the file says, within its tolerance. */
 static int own_initial(fit__problem *p, fit__stroke *s, int stroke)
 {
     const stein_model *m = lab_equations(p->model);
     int free = p->def->initial == 1 || (p->def->initial < 0 && !m->settle && m->load.body < 0);
+    int shown = s->nsampled > 0 || p->def->initial == 1;
     int n = 0, known = 0, position;
     for (int j = 0; free && j < m->nq; j++) {
         if (is_driven(p, s, j) || fit__is_hidden(p, s, j)) {
@@ -271,12 +282,18 @@ static int own_initial(fit__problem *p, fit__stroke *s, int stroke)
             known++;
             continue;
         }
-        double tolerance = position >= 0 ? m->params[position].tolerance : 0.0;
+        double tolerance = start_tolerance(p, j, "position");
+        double fast = shown ? 0.0 : start_tolerance(p, j, "speed");
         double size = position >= 0 ? fabs(m->params[position].value) : 0.0;
-        own(p, s, stroke, FIT__POSITION, j, tolerance > 0.0 ? tolerance : 0.01 * fmax(size, 0.1),
-            tolerance > 0.0);
-        own(p, s, stroke, FIT__SPEED, j, 0.01 * fmax(size, 0.1), 0);
-        n++;
+        if (shown || tolerance > 0.0) {
+            own(p, s, stroke, FIT__POSITION, j,
+                tolerance > 0.0 ? tolerance : 0.01 * fmax(size, 0.1), tolerance > 0.0);
+            n++;
+        }
+        if (shown || fast > 0.0) {
+            own(p, s, stroke, FIT__SPEED, j, fast > 0.0 ? fast : 0.01 * fmax(size, 0.1),
+                fast > 0.0);
+        }
     }
     if (n > 0 && known == 0 && m->load.body < 0 && !s->waits && !s->data->planned) {
         s->origin = s->data->time[0];
@@ -435,125 +452,7 @@ static void own_unknowns(fit__problem *p, int stroke)
     }
 }
 
-/* ---- strokes ---- */
-
-static void tell(const fit__problem *p, const char *file, const char *what)
-{
-    if (p->def->report != NULL) {
-        char *line = lab__text("%s: %s", file, what);
-        if (line != NULL) {
-            p->def->report(p->def->ctx, line);
-        }
-        free(line);
-    }
-}
-
-/* noise of a channel; what is no noise at all still must not weigh infinitely */
-static double noise_of(const lab_channel_audit *a)
-{
-    double range = a->high - a->low;
-    double least = 1e-9 * fmax(fabs(a->high), fabs(a->low)) + 1e-7 * range;
-    return isfinite(a->noise) && a->noise > least ? a->noise : fmax(least, 1e-30);
-}
-
-/* quantisation step of a channel whose noise is smaller than `locked` steps; 0: it is not */
-static double locked_step(const lab_channel_audit *a)
-{
-    return a->noise < locked * a->step ? a->step : 0.0;
-}
-
-/* A reading that an encoder repeats n times says one thing, that the value was within its step:
- * each counts as 1/n. Taken as n samples, the rounding of a slow motion, which is the same for all
- * of them, would be taken for an effect. @return sum of what they count as */
-static double share_out(const double *y, int n, double step, double *share)
-{
-    double all = 0.0;
-    for (int i = 0, end; i < n; i = end) {
-        for (end = i + 1; end < n && fabs(y[end] - y[i]) < 0.5 * step; end++) {
-        }
-        for (int k = i; k < end; k++) {
-            share[k] = isfinite(y[k]) ? 1.0 / sqrt(end - i) : 0.0;
-            all += share[k] * share[k];
-        }
-    }
-    return all;
-}
-
-static stein_status take_column(fit__problem *p, fit__stroke *s, const lab_audit *audit, int column,
-                                stein_err *err)
-{
-    const lab_column *c = &s->data->column[column];
-    const stein_model *m = lab_equations(p->model);
-    if (c->role == LAB_INPUT) {
-        int motion = m->inputs[c->index].kind == STEIN_INPUT_MOTION;
-        double noise = audit->channel[column].noise;
-        double hz = p->def->smooth != NULL ? p->def->smooth[c->index] : (double)NAN;
-        return fit__signal_make(&s->signal[s->nsignal++], c->index, motion, s->data, c,
-                                isfinite(noise) ? noise : 0.0, hz, err);
-    }
-    if (m->channels[c->index].read == STEIN_READ_TIME) {
-        return STEIN_OK;
-    }
-    int k = s->nch++;
-    s->channel[k] = c->index;
-    char name[MECH_PATH];
-    snprintf(name, sizeof name, "%s.sensor.delay", c->name);
-    s->delay[k] = stein_find_param(m, name);
-    s->given[k] = isfinite(c->noise);
-    s->noise[k] = s->audited[k] = noise_of(&audit->channel[column]);
-    if (fit__widen_noise(p, s, k, err) != STEIN_OK) {
-        return STEIN_ENOMEM;
-    }
-    for (int i = 0; i < s->n; i++) {
-        s->y[k * s->n + i] = c->present[i] ? c->value[i] : NAN;
-    }
-    s->samples += (int)lround(share_out(s->y + k * s->n, s->n, locked_step(&audit->channel[column]),
-                                        s->share + k * s->n));
-    const stein_channel *channel = &m->channels[c->index];
-    if (stein_reads_place((int)channel->read) && strcmp(channel->unit, "rad") == 0) {
-        fit__unwrap(s->y + k * s->n, s->n);
-    }
-    return STEIN_OK;
-}
-
-static stein_status take_stroke(fit__problem *p, int stroke, const lab_data *data, stein_err *err)
-{
-    fit__stroke *s = &p->stroke[stroke];
-    size_t nc = (size_t)data->ncolumn, n = (size_t)data->nrow;
-    *s = (fit__stroke){.data = data, .n = data->nrow, .tau = -1};
-    s->channel = calloc(nc + 1, sizeof *s->channel);
-    s->given = calloc(nc + 1, sizeof *s->given);
-    s->delay = calloc(nc + 1, sizeof *s->delay);
-    s->noise = calloc(3 * nc + 3, sizeof *s->noise);
-    s->audited = s->noise + (s->noise != NULL ? nc + 1 : 0);
-    s->residual = s->audited + (s->noise != NULL ? nc + 1 : 0);
-    s->y = calloc(2 * nc * n + 1, sizeof *s->y);
-    s->share = s->y + (s->y != NULL ? nc * n : 0);
-    s->signal = calloc(nc + 1, sizeof *s->signal);
-    if (!s->channel || !s->given || !s->delay || !s->noise || !s->y || !s->signal) {
-        return lab__no_memory(err);
-    }
-    lab_audit *audit = NULL;
-    stein_status status = lab_audit_create(&audit, data, err);
-    for (int i = 0; status == STEIN_OK && i < audit->nfinding; i++) {
-        tell(p, data->file, audit->finding[i]);
-    }
-    for (int c = 0; status == STEIN_OK && c < data->ncolumn; c++) {
-        status = take_column(p, s, audit, c, err);
-    }
-    s->waits = status == STEIN_OK && fit__waits(s, audit);
-    lab_audit_destroy(audit);
-    if (status == STEIN_OK && s->nch == 0) {
-        return lab__fail(err, STEIN_EINVAL, "%s has no output channel of the model: nothing to fit",
-                         data->file);
-    }
-    // without a load the inputs alone decide when it starts
-    s->origin = s->nsignal > 0 && lab_equations(p->model)->load.body < 0 ? data->time[0] : 0.0;
-    fit__mute_ends(p, s);
-    p->samples += s->samples;
-    p->rows = s->nch * s->n > p->rows ? s->nch * s->n : p->rows;
-    return status;
-}
+/* ---- the whole ---- */
 
 static stein_status check_def(const lab_fit_def *d, const stein_model *m, int nstroke, int open,
                               stein_err *err)
@@ -618,7 +517,7 @@ static stein_status make(fit__problem *p, const lab_model *model, const lab_data
         p->group[i] = (unsigned short)group_of(m, m->params[i].name, p->places > 0);
     }
     for (int s = 0; status == STEIN_OK && s < data->n; s++) {
-        status = take_stroke(p, s, data->stroke[s], err);
+        status = fit__take_stroke(p, s, data->stroke[s], err);
     }
     status = status == STEIN_OK ? take_free(p, err) : status;
     if (status == STEIN_OK && open) {
@@ -674,6 +573,7 @@ void fit__problem_free(fit__problem *p)
             fit__signal_free(&s->signal[k]);
         }
         free(s->channel);
+        free(s->event);
         free(s->given);
         free(s->delay);
         free(s->noise);

@@ -89,9 +89,12 @@ double fit__chi2(const fit__problem *p, const double *r)
     return sum;
 }
 
+/* Unknowns with priors use up less than a sample each. Where there are few samples, times of events
+ * say, those of the records alone would be more than that: half of the samples count in any case.
+ */
 double fit__chi2_dof(const fit__problem *p, const double *r)
 {
-    return fit__chi2(p, r) / fmax(1.0, p->samples - p->nu);
+    return fit__chi2(p, r) / fmax(fmax(1.0, 0.5 * p->samples), p->samples - p->nu);
 }
 
 int fit__noise_given(const fit__problem *p)

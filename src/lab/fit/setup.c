@@ -139,7 +139,7 @@ static void find_scales(const fit__stroke *s, double until, double *sd)
     for (int c = 0; c < s->nch; c++) {
         double lo = INFINITY, hi = -INFINITY;
         for (int i = 0; i < s->n && s->data->time[i] - s->origin <= until; i++) {
-            double y = s->y[c * s->n + i];
+            double y = s->event[c].is ? (double)NAN : s->y[c * s->n + i];
             lo = isfinite(y) ? fmin(lo, y) : lo;
             hi = isfinite(y) ? fmax(hi, y) : hi;
         }

@@ -23,12 +23,14 @@
  * real, and one that rattles on a table's slope took 8 million, longer than all others together:
  * beyond a hundred to each of the longest steps it cannot be simulated. A run has such a limit of
  * its own, but a stroke with a recorded input is hundreds of them.
+ *
+ * Times of events are no samples: event_times.c.
  */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "fitting.h"
+#include "stroke_reader.h"
 
 /* in steps of the file: the first step, any step */
 static const double first = 0.1, longest = 30.0;
@@ -46,33 +48,6 @@ static stein_pace pace_of(const fit__problem *p)
         .tolerance = p->tolerance, .longest = longest * dt, .h = first * dt, .next = INFINITY};
 }
 
-/* a signal with the clock it is on */
-typedef struct clocked {
-    const fit__signal *signal;
-    double shift;
-    int at; /* where it was read last */
-} clocked;
-
-/* A stroke that is being read. An instrument that lags shows at T what was at T - delay, so the
- * channels have their own times; `next` is the first sample of each that is not read. */
-struct fit__reader {
-    const fit__stroke *s;
-    double horizon, gain;
-    int stride;
-    double shift, error; /* a frame recorded at t has the time (1 + error) t + shift */
-    double *delay;       /* [nch] s */
-    int *next;           /* [nch] */
-    double *due;         /* [nch] their times, INFINITY: none is left [s] */
-    clocked *signal;     /* [nsignal], and those of the probe */
-    double *y;
-    stein_pace pace;
-    double t_end;
-    long long most; /* trial steps of the simulation when it ends at the latest */
-    int bend, over; /* frames that have been asked for a bend; 1: the run to t_end has begun */
-    stein_status status;
-    stein_err *err;
-};
-
 /* ---- what a simulation needs ---- */
 
 static fit__reader *reader_make(const fit__problem *p)
@@ -82,13 +57,15 @@ static fit__reader *reader_make(const fit__problem *p)
         nch += (size_t)p->stroke[s].nch;
         nsignal += 2 * (size_t)p->stroke[s].nsignal;
     }
-    fit__reader *r = calloc(1, sizeof *r + (2 * sizeof *r->delay + sizeof *r->next) * nch +
-                                   sizeof *r->signal * nsignal);
+    fit__reader *r =
+        calloc(1, sizeof *r + sizeof *r->signal * nsignal +
+                      (2 * sizeof *r->delay + sizeof *r->caught + sizeof *r->next) * nch);
     if (r != NULL) {
-        r->signal = (clocked *)(r + 1);
+        r->signal = (fit__clocked *)(r + 1);
         r->delay = (double *)(r->signal + nsignal);
         r->due = r->delay + nch;
-        r->next = (int *)(r->due + nch);
+        r->caught = (fit__caught *)(r->due + nch);
+        r->next = (int *)(r->caught + nch);
     }
     return r;
 }
@@ -138,19 +115,19 @@ void fit__bench_free(fit__bench *b)
 
 static void signal_at(void *ctx, double t, double u[3])
 {
-    clocked *c = ctx;
+    fit__clocked *c = ctx;
     fit__signal_at(c->signal, t + c->shift, &c->at, u);
 }
 
-static stein_status bind(stein_sim *sim, const stein_model *m, const fit__stroke *s, clocked *c,
-                         double shift, stein_err *err)
+static stein_status bind(stein_sim *sim, const stein_model *m, const fit__stroke *s,
+                         fit__clocked *c, double shift, stein_err *err)
 {
     stein_status status = STEIN_OK;
     for (int i = 0; status == STEIN_OK && i < m->ninput; i++) {
         status = stein_drive(sim, m->inputs[i].name, NULL, NULL, err);
     }
     for (int k = 0; status == STEIN_OK && k < s->nsignal; k++) {
-        c[k] = (clocked){&s->signal[k], shift, 0};
+        c[k] = (fit__clocked){&s->signal[k], shift, 0};
         status = stein_drive(sim, m->inputs[s->signal[k].input].name, signal_at, &c[k], err);
     }
     return status;
@@ -300,7 +277,7 @@ static void expect(fit__reader *r, int c, int i)
 static double next_time(const fit__reader *r)
 {
     double T = INFINITY;
-    for (int c = 0; c < r->s->nch; c++) {
+    for (int c = 0; c < r->s->nsampled; c++) {
         T = fmin(T, r->due[c]);
     }
     return T;
@@ -328,7 +305,7 @@ static double look(void *ctx, stein_sim *sim)
     fit__reader *r = b->reader;
     double T = next_time(r);
     (void)sim;
-    for (int c = 0; c < r->s->nch; c++) {
+    for (int c = 0; c < r->s->nsampled; c++) {
         if (r->due[c] <= T) {
             read_sample(b, c, r->next[c]);
             expect(r, c, r->next[c] + 1);
@@ -340,7 +317,7 @@ static double look(void *ctx, stein_sim *sim)
 static double last_time(const fit__reader *r)
 {
     double T = 0.0;
-    for (int c = 0; c < r->s->nch; c++) {
+    for (int c = 0; c < r->s->nsampled; c++) {
         T = fmax(T, sample_time(r, c, r->s->n - 1));
     }
     return fmin(T, r->horizon);
@@ -363,10 +340,12 @@ static int next_end(const fit__bench *b, double *t_end)
             return 1;
         }
     }
-    int over = r->over;
-    *t_end = r->t_end;
-    r->over = 1;
-    return !over;
+    if (!r->over) {
+        *t_end = r->t_end;
+        r->over = 1;
+        return 1;
+    }
+    return fit__events_next(b, t_end);
 }
 
 /* a stroke that takes more trial steps than any real one cannot be simulated */
@@ -422,7 +401,7 @@ static stein_status run_pulled(fit__bench *b)
     fit__reader *r = b->reader;
     stein_status status = STEIN_OK;
     int last = -1; // sample that the simulation stands at
-    for (int c = 0; c < r->s->nch; c++) {
+    for (int c = 0; c < r->s->nsampled; c++) {
         r->delay[c] = 0.0;
         expect(r, c, 0);
     }
@@ -449,7 +428,7 @@ static stein_status run_pulled(fit__bench *b)
  */
 static void fill_beyond(const fit__reader *r)
 {
-    for (int c = 0; c < r->s->nch; c++) {
+    for (int c = 0; c < r->s->nsampled; c++) {
         size_t at = (size_t)c * (size_t)r->s->n + (size_t)r->next[c];
         memcpy(r->y + at, r->s->y + at, sizeof *r->y * (size_t)(r->s->n - r->next[c]));
     }
@@ -471,15 +450,19 @@ static void ready(const fit__problem *p, fit__bench *b, double tau, double *y)
     r->status = STEIN_OK;
     for (int c = 0; c < s->nch; c++) {
         r->delay[c] = s->delay[c] >= 0 ? b->p[s->delay[c]] : 0.0;
+    }
+    for (int c = 0; c < s->nsampled; c++) {
         expect(r, c, 0);
     }
+    fit__events_ready(b);
     r->pace = pace_of(p);
     r->pace.look = look;
     r->pace.ctx = b;
     r->pace.next = next_time(r);
     r->t_end = last_time(r);
+    r->t_end = s->nsignal > 0 ? fmax(r->t_end, r->limit) : r->t_end; // on along the inputs
     r->bend = r->over = 0;
-    double whole = r->t_end / r->pace.longest + s->n; // as many runs as frames
+    double whole = fmax(r->t_end, r->limit) / r->pace.longest + s->n; // as many runs as frames
     r->most = stein_trials(b->sim) + (long long)(fewest_trials + trials_a_longest * whole);
 }
 
@@ -488,7 +471,7 @@ stein_status fit__begin(const fit__problem *p, fit__bench *b, int stroke, const 
 {
     const stein_model *m = lab_equations(p->model);
     const fit__stroke *s = &p->stroke[stroke];
-    clocked *c = b->reader->signal;
+    fit__clocked *c = b->reader->signal;
     double tau = s->tau >= 0 ? fit__value(&p->unknown[s->tau], x[s->tau]) : 0.0;
     b->reader->s = s;
     b->reader->err = err;
@@ -514,7 +497,7 @@ int fit__can_ride(const fit__bench *b)
 
 stein_status fit__alone(fit__bench *b)
 {
-    return b->reader->gain > 0.0 ? run_pulled(b) : run(b);
+    return b->reader->gain > 0.0 && b->reader->s->nsampled > 0 ? run_pulled(b) : run(b);
 }
 
 stein_status fit__finish(fit__bench *b, stein_status status)
@@ -523,6 +506,7 @@ stein_status fit__finish(fit__bench *b, stein_status status)
     status = status == STEIN_OK ? r->status : status;
     if (status == STEIN_OK) {
         fill_beyond(r);
+        fit__events_finish(b);
     }
     b->no_memory |= status == STEIN_ENOMEM;
     return status;

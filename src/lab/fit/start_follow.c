@@ -40,7 +40,7 @@ static double residuals(const work *w, double *r)
     double sum = 0.0;
     stein_status status = fit__simulate(w->p, w->b, w->stroke, w->x, r, NULL);
     for (int i = 0; status == STEIN_OK && i < s->nch * s->n; i++) {
-        int counts = isfinite(s->y[i]) && s->data->time[i % s->n] - s->origin <= w->how->until;
+        int counts = isfinite(s->y[i]) && fit__time_of(s, i) - s->origin <= w->how->until;
         r[i] = counts ? (s->y[i] - r[i]) / w->how->sd[i / s->n] : 0.0;
         sum += r[i] * r[i];
     }
@@ -150,7 +150,7 @@ double fit__follow_start(const fit__problem *p, fit__bench *b, int stroke, const
     free(w.r);
     int n = 0;
     for (int i = 0; i < s->nch * s->n; i++) {
-        n += isfinite(s->y[i]) && s->data->time[i % s->n] - s->origin <= how->until;
+        n += isfinite(s->y[i]) && fit__time_of(s, i) - s->origin <= how->until;
     }
     return n > 0 ? here / n : (double)INFINITY;
 }

@@ -122,36 +122,32 @@ static stein_status blank_make(plan__blank *b, const plan__reference *reference,
         if (input < 0) {
             return lab__fail(err, STEIN_ENAME, "no input \"%s\"", e->input);
         }
-        b->column[b->data.ncolumn++] = (lab_column){m->inputs[input].name,
-                                                    m->inputs[input].unit,
-                                                    LAB_INPUT,
-                                                    input,
-                                                    b->value,
-                                                    b->present,
-                                                    rows,
-                                                    1e-12,
-                                                    1,
-                                                    1,
-                                                    0,
-                                                    0};
+        b->column[b->data.ncolumn++] = (lab_column){.name = m->inputs[input].name,
+                                                    .unit = m->inputs[input].unit,
+                                                    .role = LAB_INPUT,
+                                                    .index = input,
+                                                    .value = b->value,
+                                                    .present = b->present,
+                                                    .samples = rows,
+                                                    .noise = 1e-12,
+                                                    .line = 1,
+                                                    .column = 1};
     }
     for (int i = 0; i < reference->noutput; i++) {
         int k = stein_find_channel(m, reference->output[i].name);
         if (k < 0) {
             return lab__fail(err, STEIN_ENAME, "no output \"%s\"", reference->output[i].name);
         }
-        b->column[b->data.ncolumn++] = (lab_column){m->channels[k].name,
-                                                    m->channels[k].unit,
-                                                    LAB_OUTPUT,
-                                                    k,
-                                                    b->zero,
-                                                    b->present,
-                                                    rows,
-                                                    reference->output[i].noise,
-                                                    1,
-                                                    1,
-                                                    0,
-                                                    0};
+        b->column[b->data.ncolumn++] = (lab_column){.name = m->channels[k].name,
+                                                    .unit = m->channels[k].unit,
+                                                    .role = LAB_OUTPUT,
+                                                    .index = k,
+                                                    .value = b->zero,
+                                                    .present = b->present,
+                                                    .samples = rows,
+                                                    .noise = reference->output[i].noise,
+                                                    .line = 1,
+                                                    .column = 1};
     }
     b->list[0] = &b->data;
     b->set = (lab_dataset){1, b->list};

@@ -25,6 +25,7 @@ enum {
     RENEWALS_HELD = 1,
     RENEWALS = 5,
     RENEWALS_FAR = 2,
+    RENEWALS_EVENTS = 20,
     RECOVERIES = 2,
     FAR_MOST = 2,
     CORRECTIONS = 75,
@@ -104,10 +105,21 @@ static stein_status descend_held(fit__problem *p, fit__end *e, stein_err *err)
     return STEIN_OK;
 }
 
-/* the first steps without an observer */
+/* do the records hold times of events alone? */
+static int are_events(const fit__problem *p)
+{
+    int sampled = 0;
+    for (int s = 0; s < p->nstroke; s++) {
+        sampled += p->stroke[s].nsampled;
+    }
+    return sampled == 0;
+}
+
+/* The first steps without an observer. Of few samples the priors weigh much while they are far off
+ * (minimise.c), and steps are short: times of events take more of them, and no other way helps. */
 static stein_status descend_free(fit__problem *p, fit__end *e, int known, stein_err *err)
 {
-    return fit__descend(p, e, known, enough, RENEWALS_FAR, err);
+    return fit__descend(p, e, known, enough, are_events(p) ? RENEWALS_EVENTS : RENEWALS_FAR, err);
 }
 
 /* All numbers over a horizon that grows from the start windows to the whole records: a swing whose

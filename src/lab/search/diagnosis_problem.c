@@ -190,6 +190,7 @@ static stein_status state_bands(diag__problem *q, stein_err *err)
     for (int i = 0; i < n && q->def->smooth > 0.0; i++) {
         q->smooth[i] = q->def->smooth;
         q->fit_def.smooth = q->smooth;
+        q->fit_def.smooth_all = 1;
     }
     return STEIN_OK;
 }
@@ -280,7 +281,7 @@ stein_status diag__read_again(const lab_dataset *set, const lab_model *model, la
             whole->stroke[k] = NULL;
         }
         own->n += status == STEIN_OK;
-        if (status == STEIN_OK) {
+        if (own->stroke[i] != NULL) {
             own->stroke[i]->number = d->number;
         }
     }

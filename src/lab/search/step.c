@@ -79,7 +79,7 @@ stein_status diag__check_step(const fit__problem *p, char **line, stein_err *err
     } else if (off > visible) {
         *line = lab__text("%s: the file's own step of %g s is too coarse: it moves %s by %.2g "
                           "of its noise; the diagnosis takes finer ones, other commands do not",
-                          t->data->file, m->dt, m->channels[t->channel[channel]].name, off);
+                          t->data->file, m->dt, fit__name_of(p, t->channel[channel]), off);
     }
     return !said || *line != NULL ? STEIN_OK : lab__no_memory(err);
 }

@@ -108,7 +108,8 @@ static int collect(const fit__problem *p, int stroke, int c, const double *r,
     r += fit__offset(p, stroke);
     phase += diag__frame(p, stroke);
     for (int i = 0; i < s->n; i++) {
-        if (isfinite(s->y[c * s->n + i]) && phase[i] == diag__phase[wanted]) {
+        int k = c * s->n + i;
+        if (isfinite(s->y[k]) && phase[fit__row_of(s, k)] == diag__phase[wanted]) {
             out[n++] = fit__off(s, r, c * s->n + i) / s->noise[c];
         }
     }
@@ -162,7 +163,7 @@ stein_status diag__departures(const fit__problem *p, const double *r, const char
             if (t.samples == 0) {
                 continue;
             }
-            lab_departure row = {.place = m->channels[c].name,
+            lab_departure row = {.place = fit__name_of(p, c),
                                  .unit = m->channels[c].unit,
                                  .phase = diag__phase[f],
                                  .samples = t.samples,
@@ -187,7 +188,7 @@ const char *diag__phase_shown(const fit__problem *p, const double *before, const
         size_t at = fit__offset(p, k), row = diag__frame(p, k);
         for (int i = 0; i < s->nch * s->n; i++) {
             double change = before[at + (size_t)i] - after[at + (size_t)i];
-            int f = diag__phase_index(phase[row + (size_t)(i % s->n)]);
+            int f = diag__phase_index(phase[row + (size_t)fit__row_of(s, i)]);
             sum[f < 0 ? 0 : f] += change * change;
         }
     }
@@ -202,7 +203,7 @@ const char *diag__phase_shown(const fit__problem *p, const double *before, const
 static stein_status fill_trace(lab_trace *t, const fit__stroke *s, int c, const double *before,
                                const double *after, const char *const *phase, stein_err *err)
 {
-    size_t n = (size_t)s->n, at = (size_t)c * n;
+    size_t n = (size_t)t->n, at = (size_t)c * (size_t)s->n;
     t->t = malloc(sizeof *t->t * (n + 1));
     t->y = malloc(sizeof *t->y * (n + 1));
     t->before = malloc(sizeof *t->before * (n + 1));
@@ -211,11 +212,13 @@ static stein_status fill_trace(lab_trace *t, const fit__stroke *s, int c, const 
     if (!t->t || !t->y || !t->before || !t->after || !t->phase) {
         return lab__no_memory(err);
     }
-    memcpy(t->t, s->data->time, sizeof *t->t * n);
     memcpy(t->y, s->y + at, sizeof *t->y * n);
     memcpy(t->before, before + at, sizeof *t->before * n);
     memcpy(t->after, (after != NULL ? after : before) + at, sizeof *t->after * n);
-    memcpy(t->phase, phase, sizeof *t->phase * n);
+    for (int i = 0; i < t->n; i++) {
+        t->t[i] = fit__time_of(s, (int)at + i);
+        t->phase[i] = phase[fit__row_of(s, (int)at + i)];
+    }
     return STEIN_OK;
 }
 
@@ -236,9 +239,9 @@ stein_status diag__trace(lab_trace **list, int *n, const fit__problem *p, int st
         more[*n] = (lab_trace){.stroke = stroke,
                                .held_out = held_out,
                                .file = s->data->file,
-                               .channel = channel->name,
+                               .channel = s->event[c].is ? s->event[c].name : channel->name,
                                .unit = channel->unit,
-                               .n = s->n,
+                               .n = s->event[c].is ? s->event[c].n : s->n,
                                .noise = s->noise[c]};
         status = fill_trace(&more[(*n)++], s, c, before, after, phase, err);
     }

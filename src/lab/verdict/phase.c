@@ -174,7 +174,8 @@ static void one_stroke(void *ctx, fit__bench *b, int stroke)
         b->watch = NULL;
         name_phases(&v, string >= 0 && v.gap >= 0, most, j->phase + row, s->n);
         for (int i = 0; j->time != NULL && i < s->n; i++) {
-            j->time[row + (size_t)i] = i < v.n ? v.frame[i].T : INFINITY;
+            double T = s->nsampled == 0 ? s->data->time[i] - s->origin : INFINITY;
+            j->time[row + (size_t)i] = i < v.n ? v.frame[i].T : T;
         }
     }
     free(v.frame);

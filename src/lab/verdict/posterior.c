@@ -114,7 +114,7 @@ static int note_stroke(lab_conditions *c, const fit__stroke *t, const stein_mode
             }
         }
     }
-    for (int k = 0; k < t->nch; k++) {
+    for (int k = 0; k < t->nsampled; k++) {
         const stein_channel *channel = &m->channels[t->channel[k]];
         lab_used *u = entry(&c->channel, &c->nchannel, channel->name, channel->unit);
         ok &= u != NULL;

@@ -74,8 +74,8 @@ static void sums(const fit__problem *p, const double *r, const char *const *phas
     const fit__stroke *t = &p->stroke[s];
     *square = *n = 0.0;
     for (int i = 0; i < t->nch * t->n; i++) {
-        int c = i / t->n, at = (int)diag__frame(p, s) + i % t->n;
-        if (p->nstroke == 1 && (int)((long long)(i % t->n) * BLOCKS / t->n) != draw) {
+        int c = i / t->n, row = fit__row_of(t, i), at = (int)diag__frame(p, s) + row;
+        if (p->nstroke == 1 && (int)((long long)row * BLOCKS / t->n) != draw) {
             continue;
         }
         double unit = channel < 0 ? 1.0 : t->noise[c];
@@ -175,7 +175,7 @@ stein_status diag__gain(lab_diagnosis *out, const diag__reported *before,
         }
         for (int f = -1; isfinite(noise) && f < DIAG_PHASES; f++) {
             lab_gain *g = &out->gains[out->ngain];
-            *g = (lab_gain){.channel = m->channels[c].name,
+            *g = (lab_gain){.channel = fit__name_of(p, c),
                             .unit = m->channels[c].unit,
                             .phase = f < 0 ? NULL : diag__phase[f],
                             .noise = noise};

@@ -344,9 +344,51 @@ START_TEST(wrong_rows_are_refused_with_their_place)
 }
 END_TEST
 
+#define TIMES "# events string_force: begin\n"
+/* times of events that cannot be */
+START_TEST(wrong_times_of_events_are_told_at_their_place)
+{
+    static const bad_data bad[] = {
+        {"# events strin_force: begin\nstrin_force [s]\n1\n",
+         ":1:10: ", "no such output of the model, did you mean \"string_force\"?"},
+        {"# events strin_force: begin\nstring_force [s]\n1\n", ":1:10: ", "no such output"},
+        {"# events key_angle: begin\nkey_angle [s]\n1\n", ":1:10: ",
+         "it reads no contact or notch, expected an output that does: string_distance, "},
+        {"# events string_force: begins\nstring_force [s]\n1\n",
+         ":1:24: ", "\"begins\", expected begin (it closes) or end (it opens)"},
+        {TIMES "# events string_force: end\nstring_force [s]\n1\n",
+         ":2:10: ", "end here and begin in line 1"},
+        {TIMES "time [s],key_dip [m]\n0,1\n1,2\n2,4\n3,1\n",
+         ":1:10: ", "events of \"string_force\": no such column in this file"},
+        {TIMES "string_force [N]\n1\n", ":2:1: ", "expected \"string_force [s]\""},
+        {TIMES "string_force [s]\n", ":2:1: ", "no rows"},
+        {TIMES "string_force [s]\n0.2\n0.1\n", ":4:1: ", "goes back from 0.2 s to 0.1 s"},
+        {TIMES "string_force [s]\n0.2\n0.2\n", ":4:1: ", "stands still"},
+        {TIMES "string_force [s]\n-0.1\n0.1\n",
+         ":3:1: ", "an event at -0.1 s, expected times after the start of the record, 0 s"},
+        {TIMES "string_force [s]\n0\n0.1\n", ":3:1: ", "expected times after the start"},
+        {TIMES "string_force [s],key_dip [m]\n0.1,1\n", ":2:18: ", "holds no times of events"},
+        {TIMES "event,string_force [s],string_force [s]\n1,0.1,0.1\n",
+         ":2:24: ", "a second column \"string_force\""},
+        {TIMES "time [s],key_dip [m],string_force [s]\n1,1,0.5\n2,2,\n3,4,\n4,1,\n",
+         ":3:5: ", "an event at 0.5 s, expected times after the start of the record, 1 s"},
+        {TIMES "time [s],key_dip [m],string_force [s]\n0,1,\n1,2,1.5\n2,4,\n3,1,\n",
+         ":4:5: ", "below an empty cell"},
+        {TIMES "time [s],key_dip [m],string_force [s]\n0,1,\n1,2,\n2,4,\n3,1,\n",
+         ":2:22: ", "\"string_force\": no time of an event"},
+        {TIMES "time [s],key_dip [m],string_force [s]\n0,1,soon\n1,2,\n2,4,\n3,1,\n",
+         ":3:5: ", "expected a number"},
+        {"# events string_force\nstring_force [s]\n1\n",
+         ":1:10: ", "expected \"# events NAME: VALUE\""},
+    };
+    REFUSE(bad);
+}
+END_TEST
+
 START_TEST(settings_that_contradict_are_refused_with_their_place)
 {
-#define BODY HEAD "0,1\n1,2\n2,4\n3,1\n"
+#define MOTION "time [s],key_motion [rad]\n0,0\n1,1\n2,2\n3,3\n"
+#define BODY   HEAD "0,1\n1,2\n2,4\n3,1\n"
     static const bad_data bad[] = {
         {"# set pawl.stop_shfit: 1 mm\n" BODY, ":1:7: ", "did you mean \"pawl.stop_shift\"?"},
         {"# set load.mass: 3 mm\n" BODY, ":1:18: ", "the unit is m, expected kg"},
@@ -366,6 +408,15 @@ START_TEST(settings_that_contradict_are_refused_with_their_place)
         {"# noise key_dip: -1 um\n" BODY, ":1:18: ", "greater than zero"},
         {"# noise key_dip: 0 um\n" BODY, ":1:18: ", "greater than zero"},
         {"# noise key_dip: 1 um\n# noise key_dip: 2 um\n" BODY, ":2:9: ", "given twice"},
+        {"# smooth key_dip: 12 Hz\n" BODY, ":1:10: ", "is an output, expected a prescribed motion"},
+        {"# smooth finger: 12 Hz\ntime [s],finger [N]\n0,0\n1,1\n2,2\n3,3\n",
+         ":1:10: ", "is a force or another input, expected a prescribed motion"},
+        {"# smooth key_motoin: 12 Hz\n" BODY, ":1:10: ", "did you mean \"key_motion\"?"},
+        {"# smooth key_motion: 12 Hz\n" BODY, ":1:10: ", "no such column in this file"},
+        {"# smooth key_motion: 12 s\n" MOTION, ":1:22: ", "the unit is s, expected 1/s"},
+        {"# smooth key_motion: 0 Hz\n" MOTION, ":1:22: ", "a frequency is greater than zero"},
+        {"# smooth key_motion: 1 Hz\n# smooth key_motion: 2 Hz\n" MOTION, ":2:10: ", "given twice"},
+        {"# smooth key_motion\n" MOTION, ":1:10: ", "expected \"# smooth NAME: VALUE\""},
     };
     REFUSE(bad);
     lab_data *d = open_data(write_file("same.csv", "# set load.mass: 100 g\n# set load.mass: "
@@ -497,6 +548,7 @@ Suite *data_suite(void)
     TCase *tc = tcase_create("reader");
     tcase_add_checked_fixture(tc, make_folder, remove_folder);
     tcase_set_timeout(tc, 60.0);
+    tcase_add_test(tc, wrong_times_of_events_are_told_at_their_place);
     tcase_add_test(tc, every_part_of_a_file_is_kept_in_si);
     tcase_add_test(tc, a_part_that_was_taken_off_is_noted);
     tcase_add_test(tc, a_setting_is_known_to_its_last_digit);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * test_data_forms.c - measured data as different programs write them.
  */
+#include "data_cut.h"
 #include "data_support.h"
 
 void data_forms_cases(Suite *suite);
@@ -57,6 +58,54 @@ START_TEST(a_record_is_read_in_every_usual_form)
         }
     }
     lab_data_close(first);
+}
+END_TEST
+
+/* the same times as different programs write them: the same bits */
+START_TEST(times_of_events_are_read_in_every_usual_form)
+{
+    static const char *const text[] = {
+        "# events string_force: begin\nstring_force [s]\n0.0615\n0.125\n0.5\n",
+        "# events string_force: begin\nevent,string_force_ms\n1,61.5\n2,125\n3,500\n",
+        "# events string_force: begin\n,string_force (ms)\r\n0,61.5\r\n1,125\r\n2,500\r\n",
+        "# events string_force: begin\nn;string_force [ms]\n1;61,5\n2;125\n3;500\n;\n",
+        "# events string_force: begin\n# string_force\n6.15e-2\n1.25e-1\n5e-1\n",
+        "# events string_force: begin\nmass "
+        "A\nhit,String_Force,note\n,ms,\n1,61.5,\n2,125,x\n3,500,\n",
+        "# events string_force: begin\nhit string_force / ms\n1 61.5\n2 125\n3 500\n",
+        ("# events string_force: begin\ntime [s],key_dip [mm],string_force [s]\n"
+         "0,1,0.0615\n0.2,2,0.125\n0.4,3,0.5\n0.6,4,\n"),
+        ("# events string_force: begin\nstring_force [ms],key_dip [mm],time [s]\n"
+         "61.5,1,0\n125,2,0.2\n500,3,0.4\n,4,0.6\n")};
+    for (size_t i = 0; i < sizeof text / sizeof *text; i++) {
+        static const double time[] = {0.0615, 0.125, 0.5};
+        int mixed = i > 6;
+        lab_data *d = open_data(write_file("times.csv", text[i]), action);
+        lab_audit *a = audit_of(d);
+        const lab_column *c = lab_data_column(d, "string_force");
+        int k = (int)(c - d->column);
+        ck_assert_int_eq(d->events_alone, !mixed);
+        ck_assert_int_eq(d->nrow, 4);
+        ck_assert_int_eq(d->ncolumn, 1 + mixed);
+        ck_assert_int_eq(c->role, LAB_EVENT_TIMES);
+        ck_assert_int_eq(c->events, LAB_EVENTS_BEGIN);
+        ck_assert_int_eq(c->samples, 3);
+        ck_assert_int_eq(c->contact, stein_find_contact(action, "string"));
+        ck_assert_int_eq(c->notch, -1);
+        for (int row = 0; row < 4; row++) {
+            ck_assert_int_eq(c->present[row], row < 3);
+            ck_assert(row == 3 || c->value[row] == time[row]);
+            ck_assert(mixed || d->time[row] == (row > 0 ? time[row - 1] : 0.0));
+        }
+        // to the last digit that the file has, or to a frame
+        double step = mixed ? 0.2 : 1e-4;
+        ck_assert_close(a->channel[k].noise, step / sqrt(12.0), 1e-9, 0.0);
+        ck_assert_int_eq(was_found(a, "string_force: 3 times at which it closes"), 1);
+        ck_assert_int_eq(was_found(a, mixed ? "a frame / sqrt 12" : "last digit / sqrt 12"), 1);
+        ck_assert_int_eq(data__can_cut(d), 0);
+        lab_audit_destroy(a);
+        lab_data_close(d);
+    }
 }
 END_TEST
 
@@ -309,6 +358,7 @@ void data_forms_cases(Suite *suite)
     tcase_add_checked_fixture(tc, make_folder, remove_folder);
     tcase_set_timeout(tc, 60.0);
     tcase_add_test(tc, a_record_is_read_in_every_usual_form);
+    tcase_add_test(tc, times_of_events_are_read_in_every_usual_form);
     tcase_add_test(tc, blanks_separate_cells_where_the_titles_have_no_other_separator);
     tcase_add_test(tc, columns_that_the_model_lacks_are_passed_over_and_told);
     tcase_add_test(tc, titles_without_a_unit_are_si_and_told);

@@ -152,6 +152,55 @@ START_TEST(torques_under_an_encoders_motion_show_dry_friction)
 }
 END_TEST
 
+/* bands of two records of one motion, of which the first states 8 Hz */
+static void bands_of(const fitted *f, const double *smooth, int all, double band[2])
+{
+    lab_fit_def def = lab_fit_def_default();
+    double hz[2] = {NAN, NAN};
+    fit__problem p;
+    def.smooth = smooth;
+    def.smooth_all = all;
+    ck_assert_stein(fit__problem_make_open(&p, f->model, f->data, &def, err));
+    if (smooth == NULL) {
+        ck_assert_stein(fit__choose_bands(&p, hz, err));
+    }
+    for (int i = 0; i < 2; i++) {
+        band[i] = fit__signal_band(&p.stroke[i].signal[0]);
+    }
+    fit__problem_free(&p);
+}
+
+START_TEST(a_record_states_the_band_of_its_motion)
+{
+    static const encoder coarse = {4e-4, 4e-4, 0.0};
+    static const double told = 5.0;
+    char model[200], first[200], text[200000] = "# smooth turned: 8 Hz\n";
+    snprintf(model, sizeof model, "%s", write_file("geared.yaml", geared));
+    size_t n = strlen(text);
+    FILE *in = fopen(record_torque("first.csv", 0, &coarse), "r");
+    n += fread(text + n, 1, sizeof text - n - 1, in);
+    text[n] = '\0';
+    fclose(in);
+    snprintf(first, sizeof first, "%s", write_file("first.csv", text));
+    const char *data[] = {first, record_torque("second.csv", 1, &coarse), NULL};
+    fitted f;
+    double band[2];
+    open_fit(&f, model, NULL, data);
+    ck_assert(f.data->stroke[0]->column[0].smooth == 8.0);
+    bands_of(&f, NULL, 0, band); // chosen for the other
+    printf("  bands: %.4g Hz stated, %.4g Hz chosen\n", band[0], band[1]);
+    ck_assert_close(band[0], 8.0, 1e-9, 0.0);
+    ck_assert(fabs(band[1] - 8.0) > 0.1);
+    bands_of(&f, &told, 0, band);
+    ck_assert_close(band[0], 8.0, 1e-9, 0.0);
+    ck_assert_close(band[1], told, 1e-9, 0.0);
+    bands_of(&f, &told, 1, band);
+    ck_assert_close(band[0], told, 1e-9, 0.0);
+    ck_assert_close(band[1], told, 1e-9, 0.0);
+    drop(&f);
+}
+END_TEST
+
 START_TEST(white_noise_of_a_motion_is_smoothed_as_it_allows)
 {
     static const encoder fine = {0.0, 0.0, 0.0};
@@ -361,6 +410,7 @@ Suite *posed_suite(void)
     tcase_set_timeout(t, 900);
     tcase_add_checked_fixture(t, make_folder, remove_folder);
     tcase_add_test(t, torques_under_an_encoders_motion_show_dry_friction);
+    tcase_add_test(t, a_record_states_the_band_of_its_motion);
     tcase_add_test(t, white_noise_of_a_motion_is_smoothed_as_it_allows);
     tcase_add_test(t, one_long_record_shows_two_frictions);
     tcase_add_test(t, a_band_keeps_half_of_an_oscillation_of_its_frequency);
