@@ -58,7 +58,7 @@ for part in stein steinlab; do
     nm -D --defined-only "$lib/lib$part.so" | awk '{print $3}' | sed 's/@.*//' |
         grep -v '^LIBSTEIN' | sort -u >"$dir/exported"
     for h in $headers; do echo "#include <stein/$h.h>"; done |
-        ${CC:-cc} -E -P -I"$dir/moved/include" - |
+        ${CC:-cc} -E -P -I"$dir/moved/include" - | grep -v 'static inline' |
         grep -oE "\\b${prefix}_[a-z0-9_]+ ?\\(|\\bstein_models?_?[a-z0-9_]*(;|\\[)" |
         tr -d '();[ ' | grep -v '_fn$' | grep -vx stein_model | grep "^${prefix}_" | sort -u >"$dir/declared"
     diff "$dir/declared" "$dir/exported" >"$dir/diff"

@@ -31,7 +31,7 @@ done
 # laws MECHANISM LIMIT [STEP]: every STEP-th of its effects
 laws() {
     "$stein" effects "$dir/$1/model.yaml" --json >"$dir/table.json" 2>"$dir/err"
-    tr -d ' \n' <"$dir/table.json" | tr '{' '\n' |
+    { tr -d ' \n' <"$dir/table.json" | tr '{' '\n'; echo; } |
         sed -n 's/^"kind":"\([a-z_]*\)","class":"[a-z_]*","place":"\([^"]*\)".*/\1 \2/p' >"$dir/table"
     # other names of the same
     sed -n 's/^ *"also_called": "\([^"]*\)".*/\1/p' "$dir/table.json" | tr ' ' '\n' |

@@ -153,7 +153,7 @@ START_TEST(data_that_cannot_drive_are_refused_by_line)
                {"time [s],push [N]\n0,1\n1,2,3\n", STEIN_EPARSE, ":3:5: "},
                {"# x: 1\ntime [s],push [N]\n0,abc\n", STEIN_EPARSE, ":3:3: "},
                {"time [s],push [kg]\n0,1\n", STEIN_EPARSE, "expected [N]"},
-               {"push [N],time [s]\n0,1\n", STEIN_EPARSE, "expected time"},
+               {"push [N],later [s]\n0,1\n", STEIN_EPARSE, "expected time"},
                {"time [s],push [N]\n,1\n", STEIN_EPARSE, "without time"},
                {"time [s],push [N]\n0,1\n", STEIN_EPARSE, "at least 2"},
                {"time [s],lift [m]\n0,1\n1,1\n", STEIN_EPARSE, "at least 3"},
