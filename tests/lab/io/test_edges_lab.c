@@ -69,7 +69,7 @@ START_TEST(a_project_without_what_it_needs_is_refused)
         {"<mbsDescR7><bodytree><body><bodyname>b</bodyname><joint><jointname>j</jointname>"
          "<type>T1</type></joint><parent/></body></bodytree></mbsDescR7>",
          "<parent> without a <bodyname>"},
-        {"", "no element found"},
+        {"", "this is no XML file"},
     };
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         refuse_project(write_file("bad.mbs", bad[i].text), bad[i].says);
