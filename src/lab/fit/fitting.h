@@ -123,7 +123,8 @@ typedef struct fit__unknown {
     int index;        /* parameter; channel slot of the stroke; joint; group */
     int log, prior;   /* prior 0: sd is only a scale */
     int idle;         /* stays where it is */
-    int compliance;   /* an amount that near 0 is a stiffness which no step follows */
+    double least;     /* of an amount, in sd: a compliance near 0 is a stiffness which no step
+                         follows, a mass or a damping stays positive; -INFINITY: none */
     double start, sd; /* of z */
 } fit__unknown;
 

@@ -29,12 +29,11 @@
 #include "fitting.h"
 
 enum { AT_BOUND = 2, MAX_REFUSED = 12, CHORDS = 5, DAMPINGS = 4 };
-static const double far_off = 30.0;          /* objective, from where no chord leads back */
-static const double least_compliance = 3e-4; /* limits */
-static const double valley = 5.0;            /* a decrement against what counts as nothing */
-static const double nearly_full = 0.5;       /* of a decrement that a damped step expects */
-static const double fading = 0.5;            /* of D from one set of derivatives to the next */
-static const double glimpse = 0.1;           /* of a step, where its bend is measured */
+static const double far_off = 30.0;     /* objective, from where no chord leads back */
+static const double valley = 5.0;       /* a decrement against what counts as nothing */
+static const double nearly_full = 0.5;  /* of a decrement that a damped step expects */
+static const double fading = 0.5;       /* of D from one set of derivatives to the next */
+static const double glimpse = 0.1;      /* of a step, where its bend is measured */
 static const double strong = 0.75;      /* length of an acceleration against that of its step */
 static const double straight = 1e-3;    /* a decrement, in objectives: residuals are linear */
 static const double longest_step = 3.0; /* of an unknown with a prior, in its sd */
@@ -228,9 +227,9 @@ static double go(fit__problem *p, room *m, const double *x, stein_status *status
     for (int u = 0; u < p->nu; u++) {
         double to = x[u] + scale * m->dx[u], most = p->limit;
         int bound = is_bounded(&p->unknown[u]);
-        m->try_x[u] = bound                      ? fmin(fmax(to, -most), most)
-                      : p->unknown[u].compliance ? fmax(to, least_compliance)
-                                                 : to;
+        m->try_x[u] = bound                               ? fmin(fmax(to, -most), most)
+                      : p->unknown[u].kind == FIT__AMOUNT ? fmax(to, p->unknown[u].least)
+                                                          : to;
     }
     *status = fit__residuals(p, m->try_x, m->try_r, &failed, err);
     return *status == STEIN_OK && failed == 0 ? fit__chi2(p, m->try_r) + fit__priors(p, m->try_x)

@@ -29,7 +29,9 @@ static const double weak_length = 1e-3,
                     weak_angle = 1e-2; /* prior of a number that is 0 [m, rad] */
 static const double per_second = 1.0;  /* bias of a rate sensor: a marker's offset in a second */
 static const double of_setting = 0.01; /* least sd of what was set by hand, in its size: chosen */
-static const double marker_arm = 0.1;  /* a marker's offset as an angle: over this lever [m] */
+static const double least_compliance = 3e-4; /* limits */
+static const double trace = 1e-6;     /* share of a positive number that an effect leaves of it */
+static const double marker_arm = 0.1; /* a marker's offset as an angle: over this lever [m] */
 
 double fit__value(const fit__unknown *u, double x)
 {
@@ -170,12 +172,24 @@ static int take_numbers(fit__problem *p)
     return p->np - FIT__NUMBERS;
 }
 
+/* smallest amount in limits: of a number whose sign is physics a trace of it remains */
+static double least_amount(const fit__problem *p, const lab_candidate *c)
+{
+    if (lab_effect_is_compliance(c->effect)) {
+        return least_compliance;
+    }
+    const stein_param *q = c->nparam > 0 ? &lab_equations(p->model)->params[c->param[0]] : NULL;
+    int adds = c->move == LAB_MOVE_ADD || c->move == LAB_MOVE_SPRING;
+    return q != NULL && adds && is_positive(q) ? (trace - 1.0) * q->value / c->limit
+                                               : (double)-INFINITY;
+}
+
 /* amount in limits; the numbers beside it from where they begin, in quarters of their range */
-static void scale_numbers(fit__unknown *amount, const lab_candidate *effect)
+static void scale_numbers(const fit__problem *p, fit__unknown *amount, const lab_candidate *effect)
 {
     amount->idle = effect == NULL;
     amount->sd = effect != NULL ? effect->limit : 1.0;
-    amount->compliance = effect != NULL && lab_effect_is_compliance(effect->effect);
+    amount->least = effect != NULL ? least_amount(p, effect) : (double)-INFINITY;
     for (int k = 0; k < LAB_SIDES; k++) {
         const lab_side *side = effect != NULL ? &effect->side[k] : NULL;
         fit__unknown *u = amount + 1 + k;
@@ -191,7 +205,7 @@ static void scale_numbers(fit__unknown *amount, const lab_candidate *effect)
 void fit__problem_try(fit__problem *p, const lab_candidate *effect)
 {
     p->effect = effect;
-    scale_numbers(&p->unknown[p->amount], effect);
+    scale_numbers(p, &p->unknown[p->amount], effect);
 }
 
 static void take_effects(fit__problem *p, const lab_candidate *accepted, int n)
@@ -200,7 +214,7 @@ static void take_effects(fit__problem *p, const lab_candidate *accepted, int n)
     p->naccepted = n;
     for (int i = 0; i < n; i++) {
         p->accepted[i] = &accepted[i];
-        scale_numbers(&p->unknown[take_numbers(p)], &accepted[i]);
+        scale_numbers(p, &p->unknown[take_numbers(p)], &accepted[i]);
     }
     p->amount = take_numbers(p);
     p->side = p->amount + 1;
