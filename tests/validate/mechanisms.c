@@ -477,6 +477,7 @@ int main(void)
     overdamped_joint();
     hard_floor();
     validate_linkages();
+    validate_contacts();
     action();
     return validate_failed() > 0 ? EXIT_FAILURE : EXIT_SUCCESS;
 }
