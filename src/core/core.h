@@ -580,6 +580,9 @@ stein_status stein__stick_look(stein_sim *sim);
 double stein__stick_rate(stein_sim *sim, int place);
 /* do two rows hold the same? 1, -1: against each other; 0: no */
 int stein__stick_alike(const stein__sticks *s, int a, int b);
+/* stick_events.c: do places hold the same by friction of which the motion gives the sum only? Those
+ * of a contact and of others; -1: of any */
+int stein__stick_shares(const stein_sim *sim, int contact);
 /* stick_events.c: what every place does at the present speeds and forces */
 void stein__stick_begin(stein_sim *sim);
 /* after switches of other guards, in crossed[], and of its own */
