@@ -55,7 +55,7 @@ static void finish(stein_sim *sim, double t1, stein_pace *pace, int implicit)
     look_inside(sim, t1, pace);
     int fresh = sim->fresh;
     stein__accept(sim, t1);
-    sim->fresh = fresh == FRESH ? FRESH : KNOWN;
+    sim->fresh = fresh == FRESH ? sim->fresh : KNOWN; // what follows the motion may have looked
 }
 
 static int is_crossed_at(stein_sim *sim, double h, double theta)
