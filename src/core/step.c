@@ -22,6 +22,7 @@
 
 #include "core.h"
 
+static const double of_balls = 0.1;     /* of the tolerance: errors of each turn add up */
 static const double just_behind = 1e-3; /* the begin of a step, in steps */
 static const double at_once = 1e-12;    /* events that far apart are one, in steps */
 static const double singular =
@@ -367,7 +368,8 @@ static stein_status substep(stein_sim *sim, double target, int n, stein_err *err
 static stein_status advance_controlled(stein_sim *sim, double target, stein_err *err)
 {
     double h = target - sim->head->t;
-    stein_pace pace = {.tolerance = sim->tolerance, .longest = h, .h = h, .next = INFINITY};
+    double share = sim->model->nball > 0 ? of_balls : 1.0;
+    stein_pace pace = {.tolerance = share * sim->tolerance, .longest = h, .h = h, .next = INFINITY};
     return h > 0.0 ? stein__run_controlled(sim, target, &pace, err) : STEIN_OK;
 }
 
