@@ -136,7 +136,8 @@ static char *tell(const diagnosis *d, const lab_dataset *data, const int *is_cha
     }
     return lab__text("%s%s: the motion is chaotic, an error of the initial state grows %.1g times "
                      "in a record; cut into windows of %.3g s, %d in all",
-                     data->stroke[first]->file, n > 1 ? " and others" : "", growth, at, d->windows->n);
+                     data->stroke[first]->file, n > 1 ? " and others" : "", growth, at,
+                     d->windows->n);
 }
 
 /* what of each record is held out */
