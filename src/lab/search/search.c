@@ -105,7 +105,8 @@ static diag__row *next_row(const diag__problem *q, const diag__table *t, int *lo
     for (int i = 0; i < t->n; i++) {
         diag__row *row = t->row[i];
         int how = diag__is_possible(q, row) ? next_look(t, row) : 0;
-        int more = row->h.n > best->h.n && !q->scale_free;
+        int gains = q->scale_free && row->objective < best->objective - diag__convincing;
+        int more = row->h.n > best->h.n && !gains;
         if (how == 0 || more || (diag__leaves_noise(best) && row != best)) {
             continue;
         }
