@@ -20,8 +20,8 @@
 
 #include "core.h"
 
-static const double most_tilt = 0.8;  /* |sin b| beyond which a chart is left: b = 53 deg */
-static const double most_turned = 10; /* [rad] of a and c */
+static const double most_tilt = 0.8;     /* |sin b| beyond which a chart is left: b = 53 deg */
+static const double most_turned = 512.0; /* [rad] of a and c */
 /* 2 pi, of which multiples are exact, and the rest of it */
 static const double turn_whole = 6.28125, turn_rest = 0.0019353071795864769;
 
