@@ -214,7 +214,7 @@ awk -F, 'NR == FNR { if (FNR > 1) u[FNR - 1] = $2; next }
     FNR == 1 { print "# noise q: 0.001 rad"; print "time [s],q [rad],tau [N m]"; next }
     { s = -6; for (k = 0; k < 12; k++) { x = (x * 16807 + 11) % 2147483647; s += x / 2147483647 }
       printf "%s,%.12g,%s\n", $1, $2 + 0.001 * s, u[FNR - 1] }' "$dir/tau.csv" "$dir/truth.csv" >"$dir/axle.csv"
-for prior in 0.3 2 5; do
+for prior in 0.2 2 5; do
     claim 0 "prior $prior" "$stein" fit "$dir/axle.yaml" "$dir/axle.csv" --free m.damping,m.coulomb.T,m.inertia.yy \
         --prior $prior --json
     holds "converged, and the numbers are right" \
