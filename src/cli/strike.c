@@ -470,33 +470,33 @@ static const cli_option options[] = {
     "command. Equations that are not built in are generated, compiled with the system's cc\n"     \
     "into $XDG_CACHE_HOME/stein (or ~/.cache/stein) and loaded; a changed number never needs\n"   \
     "the compiler, a changed structure does so by itself."
-#define OUTPUT                                                                                   \
-    "A summary in ms, mm, N. With --json, in SI units:\n"                                        \
-    "{\"model\", \"outcome\", \"escapement\": {\"time\", \"height\"} or null, \"impact\":\n"     \
-    "{\"time\", \"speed\"} or null, \"impacts\", \"free_flight\", \"forced_escapement\",\n"      \
-    "\"peak_string_force\", \"rearmed\", \"final\": {channel: value}, \"undetermined\",\n"       \
-    "\"integration\", \"errors\", \"energy\", \"trusted\"}; for a mechanism without a stroke\n"  \
-    "without what belongs to one. `undetermined` names outputs that have one of many possible\n" \
-    "values: reactions of redundant conditions, friction that contacts share. `integration` is " \
-    "told of\n"                                                                                  \
-    "controlled steps: how many there were (`steps`), how many were `implicit`, from when on\n"  \
-    "stability limited explicit ones (`stiff_from`, null: never), by a motion that decays at\n"  \
-    "which `rate` [1/s], and why they stayed explicit all the same (`refused`).\n"               \
-    "\n"                                                                                         \
-    "The last line tells the errors of the run. Two simulations with a small tolerance go "      \
-    "beside\n"                                                                                   \
-    "it: `deviation` is the largest difference to the one that starts where the run starts;\n"   \
-    "`steps` sums what the steps add between two of 1000 checkpoints; `_share` are the same\n"   \
-    "against the range of the motion. `energy` tells what inputs brought, laws dissipated and\n" \
-    "springs store, each law's work in `work`; `unexplained` is the rest, the error of the\n"    \
-    "steps, `scale` the energy that there was to keep. Above 0.1 % a warning names the cause "   \
-    "and\n"                                                                                      \
-    "what helps; above 3 % the result is not to be trusted: `trusted` is false and the exit\n"   \
-    "code 3 (--allow-error: 0). `lost` is the time after which positions are not determined,\n"  \
-    "because the motion amplifies small differences.\n"                                          \
-    "\n"                                                                                         \
-    "The CSV starts with `# name: value` lines (`# set pawl.stop_shift: -0.3mm` for every\n"     \
-    "override), then a header of `channel [unit]` with `time [s]` first, then the rows, in\n"    \
+#define OUTPUT                                                                                     \
+    "A summary in ms, mm, N. With --json, in SI units:\n"                                          \
+    "{\"model\", \"outcome\", \"escapement\": {\"time\", \"height\"} or null, \"impact\":\n"       \
+    "{\"time\", \"speed\"} or null, \"impacts\", \"free_flight\", \"forced_escapement\",\n"        \
+    "\"peak_string_force\", \"rearmed\", \"final\": {channel: value}, \"undetermined\",\n"         \
+    "\"integration\", \"errors\", \"energy\", \"trusted\"}; for a mechanism without a stroke\n"    \
+    "{\"model\", \"final\", \"undetermined\", \"integration\", \"errors\", \"energy\",\n"          \
+    "\"trusted\"}. `undetermined` names outputs that have one of many possible values:\n"          \
+    "reactions of redundant conditions, friction that contacts share. `integration` is told\n"     \
+    "of controlled steps: how many there were (`steps`), how many were `implicit`, from when on\n" \
+    "stability limited explicit ones (`stiff_from`, null: never), by a motion that decays at\n"    \
+    "which `rate` [1/s], and why they stayed explicit all the same (`refused`).\n"                 \
+    "\n"                                                                                           \
+    "The last line tells the errors of the run. Two simulations with a small tolerance go "        \
+    "beside\n"                                                                                     \
+    "it: `deviation` is the largest difference to the one that starts where the run starts;\n"     \
+    "`steps` sums what the steps add between two of 1000 checkpoints; `_share` are the same\n"     \
+    "against the range of the motion. `energy` tells what inputs brought, laws dissipated and\n"   \
+    "springs store, each law's work in `work`; `unexplained` is the rest, the error of the\n"      \
+    "steps, `scale` the energy that there was to keep. Above 0.1 % a warning names the cause "     \
+    "and\n"                                                                                        \
+    "what helps; above 3 % the result is not to be trusted: `trusted` is false and the exit\n"     \
+    "code 3 (--allow-error: 0). `lost` is the time after which positions are not determined,\n"    \
+    "because the motion amplifies small differences.\n"                                            \
+    "\n"                                                                                           \
+    "The CSV starts with `# name: value` lines (`# set pawl.stop_shift: -0.3mm` for every\n"       \
+    "override), then a header of `channel [unit]` with `time [s]` first, then the rows, in\n"      \
     "the shortest decimals that read back exactly. It is itself a data file."
 #define EXAMPLES                                                                                   \
     "stein strike models/stein1788.yaml\n"                                                         \
