@@ -225,36 +225,80 @@ static int open_data(job *j)
     return status == STEIN_OK ? CLI_OK : cli_failed(status, &err);
 }
 
-/* what the audit of a stroke doubts; only the first lines of all strokes are shown */
-static stein_status tell_findings(const lab_data *data, int *told, stein_err *err)
+/* findings of the audits; the same sentence about several records is one */
+typedef struct findings {
+    int n, more; /* kept and shown; others, each counted */
+    struct {
+        char *text;
+        const char *file; /* first record */
+        int records;
+    } item[FINDINGS];
+} findings;
+
+static stein_status keep_finding(findings *f, const char *file, const char *text, stein_err *err)
+{
+    for (int i = 0; i < f->n; i++) {
+        if (strcmp(f->item[i].text, text) == 0) {
+            f->item[i].records++;
+            return STEIN_OK;
+        }
+    }
+    if (f->n == FINDINGS) {
+        f->more++;
+        return STEIN_OK;
+    }
+    char *copy = lab__text("%s", text);
+    if (copy == NULL) {
+        return lab__no_memory(err);
+    }
+    f->item[f->n].text = copy;
+    f->item[f->n].file = file;
+    f->item[f->n].records = 1;
+    f->n++;
+    return STEIN_OK;
+}
+
+static stein_status audit_one(const lab_data *data, findings *f, stein_err *err)
 {
     lab_audit *audit = NULL;
     stein_status status = lab_audit_create(&audit, data, err);
     for (int i = 0; status == STEIN_OK && i < audit->nfinding; i++) {
-        if ((*told)++ < FINDINGS) {
-            fprintf(stderr, "%s: %s\n", data->file, audit->finding[i]);
-        }
+        status = keep_finding(f, data->file, audit->finding[i], err);
     }
     lab_audit_destroy(audit);
     return status;
 }
 
+static void print_findings(findings *f)
+{
+    for (int i = 0; i < f->n; i++) {
+        if (f->item[i].records > 1) {
+            fprintf(stderr, "%s and %d more: %s\n", f->item[i].file, f->item[i].records - 1,
+                    f->item[i].text);
+        } else {
+            fprintf(stderr, "%s: %s\n", f->item[i].file, f->item[i].text);
+        }
+        free(f->item[i].text);
+    }
+    if (f->more > 0) {
+        fprintf(stderr, "%d findings more, all of them are in the report\n", f->more);
+    }
+}
+
 static int audit_data(const job *j)
 {
     stein_err err = {STEIN_OK, ""};
-    int told = 0;
+    findings found = {.n = 0};
     stein_status status = cli_value(j->args, "trust-settings") == NULL
                               ? lab_data_check_settings(j->data, j->model, on_report, NULL, &err)
                               : STEIN_OK;
     if (status == STEIN_EPARSE) {
-        err.msg[0] = '\0'; // told one by one
+        err.msg[0] = '\0'; // reported one by one
     }
     for (int s = 0; status == STEIN_OK && s < j->data->n; s++) {
-        status = tell_findings(j->data->stroke[s], &told, &err);
+        status = audit_one(j->data->stroke[s], &found, &err);
     }
-    if (told > FINDINGS) {
-        fprintf(stderr, "%d findings more, all of them are in the report\n", told - FINDINGS);
-    }
+    print_findings(&found);
     return status == STEIN_OK ? CLI_OK : cli_failed(status, &err);
 }
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * data.c - measured data from CSV files: a record, a set of records.
+ * data.c - a record from a CSV file.
  *
  * One pass over the file. A problem does not end the reading, so that one run names all of them;
  * from the first problem on rows are checked but no longer kept, and the file gives no data: half a
@@ -454,8 +454,7 @@ static stein_status read_file(data__reader *r, const char *text, const lab_data_
     return status;
 }
 
-/* bytes of a file, or of its text; 0: not known */
-static double size_of(const char *file, const char *text)
+double data__bytes(const char *file, const char *text)
 {
     struct stat st;
     return text != NULL                                  ? (double)strlen(text)
@@ -463,15 +462,9 @@ static double size_of(const char *file, const char *text)
                                                          : 0.0;
 }
 
-static const char *text_of(const lab_data_options *options, int i)
-{
-    return options->text != NULL ? options->text[i] : NULL;
-}
-
-/* @param before, total  bytes of the files before it, of all files */
-static stein_status open_one(lab_data **data, const char *file, const char *text,
-                             const lab_data_options *options, double before, double total,
-                             stein_err *err)
+stein_status data__open(lab_data **data, const char *file, const char *text,
+                        const lab_data_options *options, double before, double total,
+                        stein_err *err)
 {
     data__reader r = {.options = options, .model = options->model, .last = -INFINITY};
     r.before = before;
@@ -514,8 +507,8 @@ static stein_status open_one(lab_data **data, const char *file, const char *text
 stein_status lab_data_open(lab_data **data, const char *file, const lab_data_options *options,
                            stein_err *err)
 {
-    const char *text = text_of(options, 0);
-    return open_one(data, file, text, options, 0.0, size_of(file, text), err);
+    const char *text = options->text != NULL ? options->text[0] : NULL;
+    return data__open(data, file, text, options, 0.0, data__bytes(file, text), err);
 }
 
 /* ---- access ---- */
@@ -546,80 +539,4 @@ void lab_data_apply(const lab_data *data, double *p)
     for (int i = 0; i < data->nset; i++) {
         p[data->set[i].param] = data->set[i].value;
     }
-}
-
-/* ---- several strokes ---- */
-
-void lab_dataset_close(lab_dataset *set)
-{
-    for (int i = 0; set != NULL && set->stroke != NULL && i < set->n; i++) {
-        lab_data_close(set->stroke[i]);
-    }
-    if (set != NULL) {
-        free(set->stroke);
-        free(set);
-    }
-}
-
-static int is_twin(const lab_data *a, const lab_data *b)
-{
-    return a != NULL && b != NULL && a->hash == b->hash && a->nrow == b->nrow;
-}
-
-static void tell_twins(const lab_dataset *set, const lab_data_options *o)
-{
-    for (int i = 1; o->report != NULL && i < set->n; i++) {
-        int k = 0;
-        while (k < i && !is_twin(set->stroke[k], set->stroke[i])) {
-            k++;
-        }
-        char *text = k < i ? lab__text("%s: the same data as %s, counted twice",
-                                       set->stroke[i]->file, set->stroke[k]->file)
-                           : NULL;
-        if (text != NULL) {
-            o->report(o->ctx, text);
-        }
-        free(text);
-    }
-}
-
-stein_status lab_dataset_open(lab_dataset **out, const char *const *file, int n,
-                              const lab_data_options *options, stein_err *err)
-{
-    if (n < 1) {
-        return lab__fail(err, STEIN_EINVAL, "no data files");
-    }
-    lab_dataset *set = calloc(1, sizeof *set);
-    if (set == NULL || (set->stroke = calloc((size_t)n, sizeof(lab_data *))) == NULL) {
-        lab_dataset_close(set);
-        return lab__no_memory(err);
-    }
-    stein_status status = STEIN_OK;
-    double before = 0.0, total = 0.0;
-    set->n = n;
-    for (int i = 0; options->progress != NULL && i < n; i++) {
-        total += size_of(file[i], text_of(options, i));
-    }
-    for (int i = 0; i < n; i++) { // to the end: every problem of every file
-        stein_err why = {STEIN_OK, ""};
-        const char *text = text_of(options, i);
-        stein_status one = open_one(&set->stroke[i], file[i], text, options, before, total, &why);
-        before += total > 0.0 ? size_of(file[i], text) : 0.0;
-        if (one == STEIN_EIO && options->report != NULL) {
-            options->report(options->ctx, why.msg);
-        }
-        if (status == STEIN_OK && one != STEIN_OK) {
-            status = lab__fail(err, one, "%s", why.msg);
-        }
-    }
-    if (status != STEIN_OK) {
-        lab_dataset_close(set);
-        return status;
-    }
-    for (int i = 0; i < n && set->stroke[i] != NULL; i++) {
-        set->stroke[i]->number = i + 1;
-    }
-    tell_twins(set, options);
-    *out = set;
-    return STEIN_OK;
 }

@@ -137,8 +137,16 @@ typedef struct data__file {
     lab_setting *set;
     lab_note *note;
 } data__file;
-/** The public part points to what was grown. */
+/** The public part points to the grown arrays. */
 void data__hand_over(data__file *out);
+/** Bytes of a file, or of its text; 0: unknown. */
+double data__bytes(const char *file, const char *text);
+/** Read one file, or its text (NULL: none).
+ *  @param before, total  bytes of earlier files and of all files, for the progress
+ *  @return as lab_data_open */
+stein_status data__open(lab_data **data, const char *file, const char *text,
+                        const lab_data_options *options, double before, double total,
+                        stein_err *err);
 
 /** ", did you mean ...?" with the output or input of a model whose name is next, or nothing.
  *  @param to  [room] out, returned */

@@ -542,6 +542,29 @@ START_TEST(a_dataset_is_all_files_or_none)
 }
 END_TEST
 
+START_TEST(copies_of_a_record_are_one_message_with_their_number)
+{
+    char *a = lab__text("%s", write_file("a.csv", BODY));
+    char *b = lab__text("%s", write_file("b.csv", BODY));
+    char *c = lab__text("%s", write_file("c.csv", "# set load.mass: 90 g\n" BODY));
+    lab_data_options o = lab_data_options_default(action);
+    said s = {.n = 0};
+    lab_dataset *set = NULL;
+    const char *files[] = {a, c, b, a, c, a};
+    o.report = hear;
+    o.ctx = &s;
+    ck_assert_stein(lab_dataset_open(&set, files, 6, &o, err));
+    ck_assert_int_eq(s.n, 2);
+    ck_assert_ptr_nonnull(strstr(s.text[0], "a.csv, 3 files: the same data as "));
+    ck_assert_ptr_nonnull(strstr(s.text[0], "a.csv, counted 4 times"));
+    ck_assert_ptr_nonnull(strstr(s.text[1], "c.csv, counted twice"));
+    lab_dataset_close(set);
+    free(a);
+    free(b);
+    free(c);
+}
+END_TEST
+
 Suite *data_suite(void)
 {
     Suite *suite = suite_create("data");
@@ -563,6 +586,7 @@ Suite *data_suite(void)
     tcase_add_test(tc, all_problems_are_told_in_order_and_alike_ones_are_counted);
     tcase_add_test(tc, what_is_no_text_is_refused);
     tcase_add_test(tc, a_dataset_is_all_files_or_none);
+    tcase_add_test(tc, copies_of_a_record_are_one_message_with_their_number);
     suite_add_tcase(suite, tc);
     data_audit_cases(suite);
     data_forms_cases(suite);
