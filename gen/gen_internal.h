@@ -98,8 +98,7 @@ void text_literal(text *x, const char *s);
 /** s if it consists of [A-Za-z0-9_.] only, else "?": the only way of names into comments. */
 const char *text_safe(const char *s);
 
-/* ---- emit.c, emissions.c, tables.c
- * ----------------------------------------------------------------------- */
+/* ---- emit.c, emissions.c, header.c, tables.c ---- */
 
 enum {
     GEN_LONG = 1000, /* lines of a function that goes into parts */
