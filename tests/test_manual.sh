@@ -66,7 +66,7 @@ for f in stein_step lab_diagnose stein_normal_force; do
     ok "$f is where its page leads" $?
 done
 sed 's/\\e/\\/g; s/\\-/-/g' "$B/man/stein_sim.h.3" >"$dir/page"
-for t in 'One step of dt, split at located events. On ENONFINITE, ESINGULAR or ECHATTER the state is kept' \
+for t in 'One step of dt, split at located events. On ENONFINITE, ESINGULAR or ECHATTER the state is that' \
     'ESTALE (the equations' 'double tolerance; /\* of a step' 'Link with \\fI-lstein\\fR'; do
     grep -q "$t" "$dir/page"
     ok "stein_sim.h(3) has: $t" $?
