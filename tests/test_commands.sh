@@ -53,7 +53,7 @@ claim 0 "as JSON" "$stein" fit $pendulum "$dir/swing.csv" --free rod.damping --p
 for part in '"profile": {' '"lo": ' '"status": "converged"' '"reason": null'; do shows "JSON of a fit has $part" "$part"; done
 claim 0 "numbers that go together" "$stein" fit $pendulum "$dir/swing.csv" --free rod.damping,rod.mass,rod.pendulum.frequency \
     --profile flagged --initial fixed --starts 1
-shows "are told" 'the data hardly tell'
+shows "are told" 'the data hardly'
 claim 0 "the same as JSON" "$stein" fit $pendulum "$dir/swing.csv" --free rod.damping,rod.mass,rod.pendulum.frequency \
     --initial auto --scatter auto --starts 1 --json
 shows "with the combination" '"rod.pendulum.frequency": -\?[0-9]'

@@ -38,7 +38,7 @@ film() {
 for k in 1 2 3 4 5 6; do film "$dir/s$k.csv" $k "0.2 rad"; done
 claim 0 "a diagnosis of strokes at one angle" "$stein" diagnose "$model" "$dir"/s?.csv -o "$dir/o"
 cause=$(sed -n 's/^cause: \([a-z_]*\).*/\1/p' "$dir/out") # any of the two
-shows "has a rival" 'cannot tell it from' "$dir/out"
+shows "has a rival" 'cannot separate it from' "$dir/out"
 shows "and the next experiment" '"experiment": "wheel.initial.position = 100 mrad"' "$dir/o/diagnosis.json"
 diagnosis=$dir/o/diagnosis.json
 
@@ -75,12 +75,12 @@ shows "the stroke says its settings" '^# set wheel.initial.position: 0.1 rad' "$
 claim 0 "the prediction is a stroke for the diagnosis" "$stein" diagnose "$model" "$dir"/s[1-4].csv \
     "$dir/p/next_stroke.csv" --held-out "$dir/s5.csv","$dir/s6.csv" -o "$dir/o2"
 shows "which then is sure" "^cause: $cause at wheel" "$dir/out"
-if grep -q 'cannot tell it from' "$dir/out"; then fail "and has no rival"; else pass; fi
+if grep -q 'cannot separate it from' "$dir/out"; then fail "and has no rival"; else pass; fi
 film "$dir/made.csv" 7 "0.4 rad"
 claim 0 "made with what is really there" "$stein" diagnose "$model" "$dir"/s[1-4].csv \
     "$dir/made.csv" --held-out "$dir/s5.csv","$dir/s6.csv" -o "$dir/o3"
 shows "it names that" '^cause: quadratic_drag at wheel' "$dir/out"
-if grep -q 'cannot tell it from' "$dir/out"; then fail "and nothing else"; else pass; fi
+if grep -q 'cannot separate it from' "$dir/out"; then fail "and nothing else"; else pass; fi
 claim 0 "the settings can be simulated" "$stein" simulate "$model" --set 'wheel.initial.position=0.4 rad'
 printf 'time [s],turn [rad]\n0,0\n0.1,0.01\n0.2,0.1\n0.3,0.2\n0.4,0.2\n0.7,0.2\n' >"$dir/drive.csv"
 claim 0 "a driven input, too" "$stein" simulate "$model" --drive "$dir/drive.csv"

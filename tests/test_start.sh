@@ -16,7 +16,7 @@ claim 0 "a folder that a shell has to quote" "$stein" new "$dir/two words/swing"
 shows "is left out of the commands" "^#  .*  $stein check swing.yaml\$" "$dir/two words/swing.yaml"
 if grep -q 'NAME\|FILE\|PROGRAM' "$dir/swing.yaml"; then fail "nothing is left to be named"; else pass; fi
 claim 1 "a file that is there stays" "$stein" new "$dir/swing.yaml"
-says "and it is told" 'is there already'
+says "and it is told" 'exists already'
 claim 2 "a name that no mechanism can have" "$stein" new "$dir/7 swings"
 says "is told" 'expected a letter'
 gone "nothing is written" "$dir/7 swings.yaml"

@@ -89,8 +89,8 @@ static const cli_option options[] = {
      "The mechanism file; - is standard output, which is the default. A file appears whole or\n"
      "not at all."},
     {"inertia", 0, "accept|balance|refuse",
-     "What becomes of an inertia that no body can have: taken with a warning, replaced by\n"
-     "three equal moments, or refused (the default). The file that is written says so."},
+     "Treatment of an inertia that no body can have: accepted with a warning, replaced by\n"
+     "three equal moments, or refused (the default). The written file states the choice."},
     {"json", 0, NULL, "Print one JSON object on standard output and nothing else there."},
     {"help", 'h', NULL, "Print this page."},
     {NULL, 0, NULL, NULL}};
@@ -102,49 +102,43 @@ const cli_command cli_import = {
     .noperands = 1,
     .options = options,
     .description =
-        "Reads a mechanism of another program and writes it as a mechanism file. What that is, "
-        "its\n"
-        "first element tells.\n"
+        "Reads a mechanism of another program and writes it as a mechanism file. The first\n"
+        "element decides the format.\n"
         "\n"
         "A project of ROBOTRAN (.mbs, XML by MBsysPad): gravity, bodies with mass, centre, "
         "inertia\n"
-        "and points, joints T1 to R3 with their initial values. A body with several joints "
-        "becomes\n"
-        "a chain of massless bodies, called like the joints, and itself. M and c are those of the\n"
-        "project, coordinate by coordinate, with the joints in the order of the file, parents\n"
-        "first. Cuts become loops: ball, rod (with its length), solid (a weld). Independent "
-        "joints\n"
-        "keep their initial position, that of dependent ones is where the search for a closed\n"
-        "position begins. Driven and locked joints become inputs that hold their joint while\n"
-        "nothing drives them, actuated ones torques, every external force three inputs along the\n"
-        "fixed axes, and joints and sensors outputs. Links become springs without stiffness.\n"
+        "and points, joints T1 to R3 with their initial values. A body with several joints\n"
+        "becomes a chain of massless bodies, named like the joints, and itself. M and c agree\n"
+        "with the project coordinate by coordinate, with the joints in the order of the file,\n"
+        "parents first. Cuts become loops: ball, rod (with its length), solid (a weld).\n"
+        "Independent joints keep their initial position; for dependent joints it is the start\n"
+        "value of the search for a closed position. Driven and locked joints become inputs\n"
+        "that hold their joint while nothing drives them, actuated ones torques, every\n"
+        "external force three inputs along the fixed axes, and joints and sensors outputs.\n"
+        "Links become springs without stiffness.\n"
         "\n"
         "A robot of ROS (URDF): links with their inertials, joints (revolute, continuous,\n"
         "prismatic, fixed, floating) with axis, origin, limits of position, damping, friction and\n"
-        "mimic. Names of bodies are those of the links; a link on a fixed joint becomes part of\n"
-        "what carries it, and a point there. Bodies have the axes of the world while "
-        "all\n"
-        "joints are at 0; a joint whose axis is askew to all of them hangs on hinges that are "
-        "held\n"
+        "mimic. Bodies have the names of the links; a link on a fixed joint becomes part of\n"
+        "the body that carries it, and a point there. With all joints at 0 bodies have the\n"
+        "axes of the world; a joint with an oblique axis is carried by hinges that are held\n"
         "at constant angles. Gravity is 9.81 m/s^2 along -z.\n"
         "\n"
         "A model of MuJoCo (MJCF): bodies with their orientations, inertials or the mass of their\n"
         "geoms, joints (hinge, slide, ball, free) with range, damping, stiffness, frictionloss\n"
         "and armature, default classes, equalities (connect, weld, joint) and actuators of\n"
         "joints, as torques.\n"
-        "What a model includes or repeats has to be written out, as MuJoCo saves it.\n"
+        "Included and repeated elements have to be written out, as in a file that MuJoCo saves.\n"
         "\n"
         "What a mechanism file cannot carry is reported on standard error and listed at the head\n"
         "of the file: laws in C code of the project, with the names of the inputs and numbers to\n"
         "be filled; contacts, meshes, sensors, tendons; names that had to be changed.\n"
         "Drawings are passed over.\n"
-        "What is added to the file afterwards - springs, contacts, friction - is described in\n"
-        "docs/mechanism-files.md.\n"
+        "Springs, contacts and friction can be added to the file: docs/mechanism-files.md.\n"
         "\n"
         "A file may hold numbers that no body has, such as a moment of inertia above the sum of\n"
-        "the other two. It is then written, the line is reported, and the exit status is 1, "
-        "unless\n"
-        "--inertia says what becomes of them.",
+        "the other two. The file is then written, the line is reported, and the exit status\n"
+        "is 1, unless --inertia selects another treatment.",
     .output = "The mechanism file. A line with the number of bodies, joints, points and loops, or\n"
               "with --json: {\"model\", \"file\", \"bodies\", \"joints\", \"points\", "
               "\"loops\",\n\"left_out\": [...]}.",

@@ -200,9 +200,9 @@ static const cli_option options[] = {
     {"until", 0, "T", "Simulate so long, e.g. 0.3s or 300ms; default: that of the file."},
     {"release", 0, "T", "Lift the load at this time, as in stein strike."},
     {"tolerance", 0, "CHANNEL=VALUE",
-     "Steps of controlled error, which leave about so much in this output (a position, x,\n"
-     "y, z or gap), e.g. string_distance=0.1um; default: that of the file; fixed\n"
-     "steps where it has none."},
+     "Steps of controlled error, with about this error in this output (a position, x, y, z\n"
+     "or gap), e.g. string_distance=0.1um; default: the file's tolerance, or fixed steps\n"
+     "where it has none."},
     {"fixed", 0, NULL, "The file's fixed steps, also where it states a tolerance."},
     {"output", 'o', "FILE.csv",
      "The table; - is standard output, which is the default. A file appears whole or not\n"
@@ -220,21 +220,21 @@ const cli_command cli_sweep = {
     .options = options,
     .description =
         "Runs one stroke at every combination of the varied parameters - or, for a mechanism\n"
-        "without stroke, simulates and takes the final outputs. Every point starts from its own\n"
-        "equilibrium in a simulation of its own. A point that fails numerically is a row with\n"
-        "its status (ESETTLE: no equilibrium, ENONFINITE, ESINGULAR, ECHATTER) and empty cells.\n"
-        "The table is the same, byte for byte, for any number of threads, any sharding and\n"
-        "any interruption.\n"
+        "without stroke, simulates and takes the final outputs. Every point is a separate\n"
+        "simulation that starts from its own equilibrium. A point that fails numerically is a\n"
+        "row with its status (ESETTLE: no equilibrium, ENONFINITE, ESINGULAR, ECHATTER) and\n"
+        "empty cells. The table is the same, byte for byte, for any number of threads, any\n"
+        "sharding and any interruption.\n"
         "\n"
-        "A number that the file gives as a literal 0 is not in the equations; --set NAME=VALUE\n"
-        "brings it in, then --vary can vary it.",
+        "A number that is a literal 0 in the file is not in the equations; --set NAME=VALUE\n"
+        "adds it, then --vary can vary it.",
     .output =
         "CSV: `# name: value` lines with what was swept, then a row a point in SI units:\n"
         "point, the varied parameters, status, then outcome, escapement_time,\n"
         "escapement_height, impact_time, impact_speed, impacts, free_flight,\n"
         "forced_escapement, peak_string_force, blow, rearmed - or the output channels.\n"
-        "Numbers are the shortest decimals that read back exactly; a cell is empty where\n"
-        "there was no such event.\n"
+        "Numbers are the shortest decimals that read back exactly; a cell is empty if the\n"
+        "event did not happen.\n"
         "\n"
         "With --json: {\"model\", \"points\", \"present\", \"failed\", \"vary\": [{\"name\",\n"
         "\"unit\", \"values\"}], \"results\": [{column: value}]}. Exit status 3 only when every\n"

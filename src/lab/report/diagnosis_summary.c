@@ -118,7 +118,7 @@ static void rivals_card(FILE *f, const lab_diagnosis *d)
               f);
         return;
     }
-    fputs("<p>These records cannot tell it from</p><ul>", f);
+    fputs("<p>These records cannot separate it from</p><ul>", f);
     for (int i = d->ncause; i < d->ncause + d->nrival && i < d->nsuspect; i++) {
         fputs("<li>", f);
         page__cause(f, &d->suspect[i].candidate);

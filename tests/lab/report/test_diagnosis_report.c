@@ -576,7 +576,7 @@ END_TEST
 START_TEST(counts_beyond_the_list_are_not_followed)
 {
     static const char *const has[] = {": odd &lt;effect&gt; of the place0</h1>",
-                                      "These records cannot tell it from</p><ul></ul>", NULL};
+                                      "These records cannot separate it from</p><ul></ul>", NULL};
     lab_diagnosis *d = made_up();
     d->nsuspect = 1;
     d->ncause = d->nrival = 2;
