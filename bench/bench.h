@@ -61,16 +61,16 @@ bench_case *bench_add(const char *group, const char *subject, const char *what, 
                       void *ctx);
 void bench_filter(const char *part);
 void bench_measure(void);
-/** Quantile of n <= BENCH_ROUNDS numbers, which stay as they are. */
+/** Quantile of n <= BENCH_ROUNDS numbers, which are not changed. */
 double bench_quantile(const double *x, int n, double share);
 double bench_median(const bench_case *c);
 void bench_print_cases(FILE *csv);
 
-/** A row of the table of ratios: time of a to that of b, times `scale`. Nothing without both.
+/** A row of the table of ratios: time of a over time of b, times `scale`. Nothing without both.
  *  @param bar  what it should be at most (with at_least: at least); 0: none is set */
 void bench_ratio(const char *what, const bench_case *a, const bench_case *b, double scale,
                  double bar, int at_least);
-/** A row whose figures [n] were made elsewhere. */
+/** A row with figures [n] from another source. */
 void bench_row(const char *what, const double *figure, int n, double bar, int at_least);
 void bench_print_ratios(FILE *csv);
 

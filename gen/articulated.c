@@ -7,9 +7,9 @@
  *
  *      moment = J w + H a + n        force = H' w + B a + f
  *
- * Its own parts are K in J and the cross product of b in H. Its mass is part of the parent's K
- * and b (recombine.c), which leaves M, and so all that follows, as it is. From the leaves to the
- * root, with axis e, arm d and u_n = J e, u_f = H' e, D = e.J e, t = r_i - e.n:
+ * Its own parts are K in J and the cross product of b in H. Its mass is part of the parent's K and
+ * b (recombine.c), which does not change M and its solution. From the leaves to the root, with axis
+ * e, arm d and u_n = J e, u_f = H' e, D = e.J e, t = r_i - e.n:
  *
  *      the joint gives way     J -= u_n u_n' / D    H -= u_n u_f' / D    B -= u_f u_f' / D
  *                              n += u_n t / D       f += u_f t / D
@@ -21,8 +21,9 @@
  * J, H and n keep a share a / D of what they have along e.
  *
  * The work grows with n, where M and its factors grow with n^2 and n^3: from a dozen joints in a
- * chain on it is less (gen.c, make_route). Trees with a slide, which would need the masses that
- * were handed on, have M, and so have those with a joint that may be given: it is taken out of M.
+ * chain on it is less (gen.c, make_route). Trees with a slide would need the masses that were moved
+ * to parents, so they use M. So do trees with a joint that may have a prescribed motion: it is
+ * taken out of M.
  *
  * D is the pivot of the factors of M: where one is not well above 0, M is singular. What is handed
  * out is D less 1e-13 of the inertias beyond the joint.

@@ -39,7 +39,7 @@ typedef enum {
     EX_SQRT
 } ex_op;
 
-/** EX_DP, EX_DQ, EX_DQD and EX_DD are those of a direction that a function is derived along; the
+/** EX_DP, EX_DQ, EX_DQD and EX_DD are components of the direction of a derivative; the
  *  index of an EX_DD is the setup node of its constant. */
 typedef enum {
     EX_P,

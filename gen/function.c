@@ -22,7 +22,7 @@
 
 enum { LONG = GEN_LONG, PART = 300 }; /* lines */
 
-/* what the parts need to know of the nodes */
+/* properties of the nodes that the parts use */
 typedef struct split {
     const printer *p;
     const func *f;

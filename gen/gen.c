@@ -26,7 +26,7 @@ static stein_status fail(stein_err *err, stein_status code, const char *format, 
     return code;
 }
 
-/* ---- checks: what the reader guarantees, for mechanisms that come from elsewhere ------------- */
+/* ---- checks: guarantees of the reader, for mechanisms from other sources --------------------- */
 
 static int is_identifier(const char *s)
 {

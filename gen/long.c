@@ -36,7 +36,8 @@ int tree_is_long(const tree *t)
 /* ---- M a ------------------------------------------------------------------------------------ */
 
 typedef struct moving {
-    vec spin, acc, arm; /* angular acceleration, that of the origin, from the parent's origin */
+    vec spin, acc,
+        arm; /* angular acceleration, acceleration of the origin, place from the parent's origin */
     vec force, moment;
 } moving;
 
@@ -110,7 +111,7 @@ void long_momenta(walk *w, ex *out)
 
 /* ---- points --------------------------------------------------------------------------------- */
 
-/* the axes of body i in the fixed frame, from those of its parent */
+/* the axes of body i in the fixed frame, from its parent's axes */
 static void place_axes(walk *w, int i)
 {
     const rbody *b = &w->t->body[i];

@@ -15,7 +15,7 @@ typedef struct printer {
     const layout *l;
     const ex_graph *g;
     int *uses;
-    char *line;             /* [n] 1: the node has a line of its own */
+    char *line;             /* [n] 1: the node has a separate line */
     char (*symbol)[SYMBOL]; /* [n] what to write for it, "" = write it out */
     int *taken, ntaken;     /* hash set of the symbols in use */
     const char *type;       /* of the numbers */

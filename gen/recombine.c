@@ -7,9 +7,9 @@
  * and joint axis e, from the leaves to the root:
  *
  *   revolute   mass m:             b' += m d     K' += m (d.d E - d d')
- *              b along e, be e:    b' += be e    K' += S(be e, d)     own b loses it
- *              inertia k (E - e e'):             K' += k (E - e e')   own K loses it
- *   prismatic  all of it while the joint is at 0: b' += b, K' += K (axes stay parallel);
+ *              b along e, be e:    b' += be e    K' += S(be e, d)     own b without it inertia k (E
+ *              - e e'):             K' += k (E - e e')   own K without it prismatic  all of it
+ *   while the joint is at 0: b' += b, K' += K (axes stay parallel);
  *              what sliding adds (m e q, S(b, e) q, m q q) is left to the recursion
  *   S(u, v) = 2 (u.v) E - u v' - v u'
  *
@@ -248,8 +248,8 @@ static void find_carriers(tree *t)
     }
 }
 
-/** Bodies that need a pose in space: those with a contact in space, those whose attitude is an
- *  output, and all their ancestors in the tree. */
+/** Bodies that need a pose in space: bodies with a contact in space, bodies with an output of
+ *  attitude, and all their ancestors in the tree. */
 static void find_solids(tree *t)
 {
     const mechanism *m = t->m;

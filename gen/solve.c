@@ -10,8 +10,8 @@
  *      x_i  = y_i / D_i - sum of L_ij x_j over the ancestors j of i
  *
  * Large trees are left to the loops of the runtime: the text grows with the cube of their depth.
- * STEIN_PIVOT (model.h) returns at a pivot that vanishes or, in lanes, remembers which ones it did
- * in.
+ * STEIN_PIVOT (model.h) returns at a pivot that vanishes or, in lanes, stores the lanes in which it
+ * did.
  */
 #include <stdio.h>
 #include <string.h>

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * structure.c - what the equations of a mechanism are made of, as a hash.
  *
- * Equal structure, equal equations: with those of one mechanism there is no need to generate those
- * of another one to know that they are the same. Everything counts but
+ * Equal structure, equal equations: with the equations of one mechanism, equal equations of another
+ * one are recognised without generating them. Everything counts but
  *
  *   values and tolerances of parameters      setup() works with those it is given
  *   step, integrator, duration, settling     the program takes them from the file

@@ -14,7 +14,7 @@ for tool in abidw abidiff; do
 done
 tmp=$(mktemp -d) || exit 1
 trap 'rm -rf "$tmp"' EXIT
-# what public headers say: private types end as names; places in files are left out
+# declarations of public headers: private types end as names; places in files are left out
 abidw --no-corpus-path --no-comp-dir-path --headers-dir include --drop-private-types "$B/libstein.so" |
     sed "s/ filepath='[^']*'//; s/ line='[0-9]*'//; s/ column='[0-9]*'//" >"$tmp/now.abi" || exit 1
 if [ "${1-}" = accept ]; then
@@ -22,7 +22,7 @@ if [ "${1-}" = accept ]; then
     exit
 fi
 gunzip -c "$kept" >"$tmp/kept.abi" || exit 1
-# the list of built-in mechanisms may grow: nobody sees its length; so may that of status codes
+# the list of built-in mechanisms may grow: its length is private; so may the list of status codes
 printf '[suppress_variable]\n  name = stein_models\n' >"$tmp/ignored"
 printf '[suppress_type]\n  type_kind = enum\n  name = stein_status\n  changed_enumerators = STEIN_STATUS_COUNT\n' >>"$tmp/ignored"
 abidiff --suppressions "$tmp/ignored" --no-added-syms "$tmp/kept.abi" "$tmp/now.abi" && {

@@ -89,7 +89,7 @@ static inline double stroke_at(double t)
     return rest + (d - rest) * exp(-s / 9.3e-3) * cos(127.0 * s);
 }
 
-/** What the camera sees at time t of its clock. */
+/** Reading of the camera at time t of its clock. */
 typedef struct eye {
     camera c;
     double carried; /* noise of the frame before [m] */

@@ -18,7 +18,7 @@ typedef struct film {
     const char *channels;     /* separated by blanks */
     double rate, from, until; /* [Hz], [s] */
     double noise, clock;      /* sd [unit]; the data's clock is ahead by this [s] */
-    double base, lag; /* the frame of t is that of (1 + base) t; the last channel lags [s] */
+    double base, lag; /* the frame of t is the frame of (1 + base) t; the last channel lags [s] */
     int unsynchronised, silent; /* silent: no `# noise` */
     unsigned long long seed;
 } film;

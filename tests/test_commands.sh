@@ -26,7 +26,7 @@ if [ "$left" -ge 1 ]; then pass; else fail "all that is left out is told: $left"
 claim 1 "an inertia that no body has" "$stein" import tests/mbs/rig.mbs -o "$dir/rig.yaml"
 says "is refused with what to say" 'inertia of wheel is not possible.*accept or balance'
 claim 0 "unless it is to be taken" "$stein" import tests/mbs/rig.mbs -o "$dir/rig.yaml" --inertia accept
-says "with a warning" '^warning: .*the inertia of wheel is taken as it is'
+says "with a warning" '^warning: .*the inertia of wheel is accepted'
 claim 0 "or balanced" "$stein" import tests/mbs/rig.mbs -o "$dir/rig.yaml" --inertia balance
 says "with a warning, too" 'the inertia of wheel is balanced'
 claim 2 "no other way" "$stein" import tests/mbs/rig.mbs --inertia yes

@@ -132,7 +132,7 @@ claim 1 "an absent file" "$stein" plan "$model" "$dir/absent.json"
 says "is named" 'absent.json'
 sed -e '/"indistinguishable": \[/,/^  \],/c\  "indistinguishable": [],' "$diagnosis" >"$dir/alone.json"
 claim 1 "a cause without rivals" "$stein" plan "$model" "$dir/alone.json"
-says "leaves nothing to tell apart" 'nothing to tell apart'
+says "leaves nothing to separate" 'nothing to separate'
 claim 1 "the diagnosis of another mechanism" "$stein" plan models/stein1788.yaml "$diagnosis"
 says "is told" 'another mechanism'
 

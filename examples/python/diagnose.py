@@ -2,7 +2,7 @@
 # %% [markdown]
 # # Diagnose a pendulum
 #
-# Six swings of a pendulum are measured, each let go from further out. The mechanism file knows a
+# Six swings of a pendulum are measured, each let go from further out. The mechanism file contains a
 # viscous damping; what the swings really had is a drag with the square of the speed. Which effect
 # does the simulation lack?
 
@@ -54,7 +54,7 @@ assert [cause["kind"] for cause in diagnosis.causes] == ["quadratic_drag"]
 diagnosis
 
 # %% [markdown]
-# The mechanism with the cause in it predicts a swing that nobody has measured.
+# The mechanism with the cause in it predicts a swing that was not measured.
 
 # %%
 better = diagnosis.extended

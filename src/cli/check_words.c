@@ -8,7 +8,7 @@ const char *check__body_name(const mechanism *m, int body)
     return body < 0 ? "frame" : m->bodies[body].name;
 }
 
-/* how many bodies the file has: joints before those of balls are none */
+/* how many bodies the file has: joints of a ball but the last are not listed */
 int check__number_of_bodies(const mechanism *m)
 {
     int n = 0;

@@ -284,7 +284,7 @@ static const cli_option options[] = {
      "rest is left out when enough agree and the residual is noise."},
     {"robust", 0, NULL, "Bisquare weights: single bad frames get little weight."},
     {"profile", 0, "NAME,...",
-     "Profile likelihood of these parameters: its interval with all others refitted.\n"
+     "Profile likelihood of these parameters: their intervals with all others refitted.\n"
      "`flagged`: the first three that the data hardly distinguish."},
     {"prior", 0, "FRACTION", "Relative sd of a number without tolerance; default 0.3."},
     {"offset", 0, "LENGTH",

@@ -126,7 +126,7 @@ static void hold(void *ctx, double t, double u[3])
     u[0] = ((const value *)ctx)->x;
 }
 
-/* of a tree: as it stands, but for what is stated */
+/* of a tree: the initial state, with the stated changes */
 static stein_status put_state(job *j, stein_err *err)
 {
     int n = j->equations->nq;

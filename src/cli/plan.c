@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * plan.c - stein plan: the next experiment, when a diagnosis cannot tell its causes apart.
+ * plan.c - stein plan: the next experiment, when a diagnosis cannot separate causes.
  */
 #include <math.h>
 #include <stdlib.h>

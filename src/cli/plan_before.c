@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * plan_before.c - stein plan --before: which causes records could tell apart.
+ * plan_before.c - stein plan --before: which causes planned records could separate.
  */
 #include <math.h>
 #include <stdlib.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * results.c - the results of stein sweep and stein merge: table, picture, JSON, summary.
  *
- * The table goes to -o, or to standard output when nothing else is asked for there; the summary
+ * The table goes to -o, or to standard output if that is not used otherwise; the summary
  * goes to standard error when the table is on standard output.
  */
 #include <math.h>

@@ -9,7 +9,7 @@
 #include "cli.h"
 #include "study.h"
 
-/* the sweep and what it says; the report beyond it */
+/* the sweep and its facts; the report beyond it */
 typedef struct inquiry {
     const cli_args *args;
     lab_model *model;

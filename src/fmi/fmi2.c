@@ -378,7 +378,7 @@ fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2
     if (c == NULL || value == NULL || kind != fmi2Terminated) {
         return untold(c, "fmi2GetBooleanStatus: only fmi2Terminated is known");
     }
-    *value = fmi2False; // it never wants to end the simulation
+    *value = fmi2False; // it never ends the simulation
     return fmi2OK;
 }
 

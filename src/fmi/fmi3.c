@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: MIT
- * fmi3.c - FMI 3.0: the functions that have something to do; those of model exchange are in
+ * fmi3.c - FMI 3.0: the functions that have something to do; the functions of model exchange are in
  * exchange3.c.
  *
  * In co-simulation a simple slave: no clocks, no event mode (located events are handled inside of a
  * step), no intermediate update, no early return. What the standard has beyond that is in none3.c.
  *
  * After an error an instance is over, as the standard has it (2.3.1): it can be read, reset, freed
- * or set to a state kept before. A step that fails numerically is discarded and the instance is as
- * it was before it; with other inputs, other parameters or a shorter step it may go on.
+ * or set to a state kept before. A step that fails numerically is discarded and the instance keeps
+ * its earlier state; with other inputs, other parameters or a shorter step it may go on.
  */
 #include <math.h>
 #include <stdlib.h>

@@ -109,7 +109,7 @@ slave_status slave_allow(slave *s, const char *function, unsigned phases);
 /** Turn categories on or off. @param n  0: all of them */
 slave_status slave_set_log(slave *s, int on, size_t n, const char *const *names);
 
-/** As it was created. */
+/** State after creation. */
 slave_status slave_reset(slave *s);
 slave_status slave_set_time(slave *s, double start, double stop);
 slave_status slave_enter_initialization(slave *s);
@@ -122,21 +122,21 @@ slave_status slave_get_flag(slave *s, unsigned reference, int *value);
 slave_status slave_set_flag(slave *s, unsigned reference, int value);
 /** Time derivative of a force input at the present time; order 1 or 2. */
 slave_status slave_set_slope(slave *s, unsigned reference, int order, double value);
-/** An input has changed: let the simulation ask for it, or no longer. */
+/** An input has changed: let the simulation call it, or no longer. */
 void slave_bind(slave *s, int input);
 /** Let what was set reach the simulation. */
 slave_status slave_settle(slave *s);
 
-/** From `at` on by h. A step that fails numerically is told, discarded, and leaves the instance as
- *  it was before. */
+/** From `at` on by h. A step that fails numerically is logged and discarded; the instance keeps its
+ *  earlier state. */
 slave_status slave_step(slave *s, double at, double h);
 
 /* ---- exchange.c: model exchange ----
  *
  * The continuous states are q and qd of every joint, side by side: {q_0, qd_0, q_1, ...}. A joint
- * that follows a signal is where that says, whatever its states are set to. Event indicators are
- * the guards of contacts and notches, > 0 where their force acts; what is on is memory and changes
- * in Event Mode alone, so between events the equations are smooth. */
+ * that follows a signal has the state of the signal, whatever its states are set to. Event
+ * indicators are the guards of contacts and notches, > 0 where their force acts; what is on is
+ * memory and changes in Event Mode alone, so between events the equations are smooth. */
 
 int slave_states(const slave *s);
 int slave_indicators(const slave *s);
@@ -153,7 +153,7 @@ slave_status slave_update(slave *s, int *moved);
 
 /* ---- slave_state.c: everything that decides how it goes on, as a block ----
  *
- * These six are the functions of the standards but for their names: an instance or an argument may
+ * These six are the functions of the standards with other names: an instance or an argument may
  * be missing, which is refused in the name of `function`. */
 
 /** Keep the state. @param block  in: NULL or one of slave_keep; out: the state */

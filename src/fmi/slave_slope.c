@@ -4,7 +4,7 @@
  * Central differences (f(x + h) - f(x - h)) / 2h with h halved again and again, extrapolated to
  * h = 0 (Richardson 1911: the error is a series in h^2, so column k of the table removes h^2k). Of
  * all entries of the table that one is taken which differs least from its neighbours (Ridders
- * 1982): the differences know themselves where rounding begins to win. With the contacts and the
+ * 1982): the differences detect the step at which rounding dominates. With the contacts and the
  * notch in their present modes - which are memory, not geometry - f is smooth, and what enters
  * linearly, as every force does, comes out exact to rounding.
  *
@@ -66,7 +66,7 @@ static void move_to(const mover *m, double value)
     s->unsettled = 1;
 }
 
-/* f at a value of the known; no number where there is no such state */
+/* f at a value of the known; NaN for an invalid state */
 static double value_at(const mover *m, double value)
 {
     slave_log_fn *listener = m->s->tell;

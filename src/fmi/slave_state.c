@@ -84,7 +84,7 @@ static slave_status refuse_call(slave *s, const char *function, const char *why)
                      : slave_refuse(s, stein__fail(&s->err, STEIN_EINVAL, "%s: %s", function, why));
 }
 
-/* the importer's block, or a new one; NULL without memory, which is told */
+/* the importer's block, or a new one; NULL without memory, which is logged */
 static void *room_for(slave *s, void *block)
 {
     void *to = block != NULL ? block : malloc(size_of(s));
@@ -194,7 +194,7 @@ static void take_numbers(slave *s, const unsigned char *at)
         in->follow = number_at(at, first + 4) != 0.0;
         slave_bind(s, i);
     }
-    (void)stein_try_all(s->sim, s->p, NULL); // finite, as they are
+    (void)stein_try_all(s->sim, s->p, NULL); // finite, unchanged
 }
 
 slave_status slave_take(slave *s, const char *function, const void *block)

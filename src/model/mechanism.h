@@ -256,7 +256,7 @@ typedef struct mechanism {
     int settle;
     int integrator;   /* a stein_integrator */
     double dt, until; /* [s] */
-    int tolerated;    /* output that an error is told of, -1: none */
+    int tolerated;    /* output with an error statement, -1: none */
     double tolerance; /* that steps of controlled error may leave in it [SI], 0: none is told */
 } mechanism;
 
@@ -284,7 +284,7 @@ stein_status mech_read_text(mechanism **out, const char *name, const char *text,
 void mech_free(mechanism *m);
 
 /** Strict number with optional unit, as in the file ("7.2 mm", "0.0072"), for dimension `dim`.
- *  Locale-free. @return STEIN_OK or STEIN_EPARSE with a message that says what was expected. */
+ *  Locale-free. @return STEIN_OK or STEIN_EPARSE with a message that states what was expected. */
 stein_status mech_parse_quantity(const char *text, mech_dim dim, double *value, stein_err *err);
 
 /** Dimension of a unit text ("N/m^3"); 0 on success, -1 when it is none. */

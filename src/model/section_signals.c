@@ -341,7 +341,7 @@ static int read_source(mech__reader *rd, mech_channel *c, const mech__node *entr
         return -1;
     }
     if (c->read == STEIN_READ_INPUT_FORCE && rd->m->inputs[c->index].kind != STEIN_INPUT_MOTION) {
-        mech__problem_at(rd, read, "only a motion input has a force of its own, expected value");
+        mech__problem_at(rd, read, "only a motion input has a force, expected value");
         return -1;
     }
     if (c->read == STEIN_READ_ANGLE) {

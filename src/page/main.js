@@ -229,7 +229,7 @@ const Page = (() => {
     });
   }
 
-  /* what comes is recorded anew */
+  /* recording starts again */
   function record() {
     if (paused) pause(false);
     replay.begin();
@@ -378,7 +378,7 @@ const Page = (() => {
     const busy = (e) => e.ctrlKey || e.metaKey || e.altKey || $("help").open;
     document.addEventListener("keydown", (e) => {
       if (busy(e)) return;
-      const name = e.key.toLowerCase(); // whatever Caps Lock says
+      const name = e.key.toLowerCase(); // with or without Caps Lock
       if (name === " " && first && !e.target.closest("button")) { // a slider has no use for it
         if (!e.repeat) press(first.i, true);
         e.preventDefault();

@@ -20,7 +20,7 @@ START_TEST(a_simulation_is_one_allocation_and_stepping_none)
     stein_sim *sim;
     ck_assert_stein(stein_sim_create(&sim, &stein_model_stein1788, &def, err));
     ck_assert_int_eq(live, 1);
-    size_t before = SANITIZED ? 0 : mallinfo2().uordblks; // a sanitizer has a heap of its own
+    size_t before = SANITIZED ? 0 : mallinfo2().uordblks; // a sanitizer has its own heap
     ck_assert_stein(stein_set(sim, "pawl.stop_shift", -0.137e-3, err));
     ck_assert_stein(stein_reset(sim, err));
     ck_assert_stein(stein_run(sim, 0.1, err));

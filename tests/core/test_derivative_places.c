@@ -384,7 +384,7 @@ START_TEST(what_cannot_be_derived_is_refused)
     stein_on_force(sim, hook, NULL);
     ck_assert_refused(stein_derivative_at(s, sim, 0.0, &q, &qd, NULL, err), STEIN_EINVAL, "hook");
     stein_on_force(sim, NULL, NULL);
-    for (int k = 0; k < 4; k++) { // nothing to tell without a place
+    for (int k = 0; k < 4; k++) { // no result without a place
         out[0] = out[1] = 0.0;
         k == 0   ? stein_derivative_by_state(s, &out[0], &out[1])
         : k == 1 ? stein_derivative_forces(s, &out[0], &out[1])

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * test_edges.c - the core at its edges: states that were forged, models that do not fit, memory
- * that ends, a failure in the middle of a step. Each is told, and leaves what there was as it was.
+ * that ends, a failure in the middle of a step. Each is reported, and changes nothing.
  */
 #include <string.h>
 #include <sys/stat.h>
@@ -19,9 +19,9 @@ static void said(const stein_err *err, stein_status code, const char *words)
     ck_assert_msg(strstr(err->msg, words) != NULL, "%s, expected \"%s\"", err->msg, words);
 }
 
-/* ---- states from elsewhere ---- */
+/* ---- states from outside ---- */
 
-/* what nobody who simulates writes, under a checksum that is right */
+/* values that no simulation writes, with a correct checksum */
 static void forge(stein_sim *sim, int what)
 {
     switch (what) {
@@ -477,7 +477,7 @@ START_TEST(runs_of_a_batch_that_fail_are_told_one_by_one_and_the_first_of_them_i
     }
     ck_assert(stein_time(stein_batch_look(batch, 0)) == 0.001);
 
-    // the same from place to place; without words where nobody asks
+    // the same from place to place; without a message if err is NULL
     pace[1].h = 1e-5;
     ck_assert_stein(stein_batch_begin(batch, 1, 0.002, &pace[1], err));
     ck_assert_int_eq(stein_batch_go(batch, status, NULL), 1);

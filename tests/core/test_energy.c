@@ -17,9 +17,9 @@
  *
  *      qd . M (qdd with it alone - qdd with none)  <=  0
  *
- * The static surplus of friction, B1, is in no mechanism file: it is drawn here, since a law whose
- * surplus pushes is only found where there is one. Less than 0 it is drawn nowhere: below some
- * -tanh(u) (1 + B2 u^4) / u friction does push, by its formula.
+ * The static surplus of friction, B1, is in no mechanism file: it is drawn here, to find a law with
+ * a surplus that pushes. Less than 0 it is drawn nowhere: below some -tanh(u) (1 + B2 u^4) / u
+ * friction does push, by its formula.
  *
  * Links, which let go, and tables are no laws of contacts: mechanisms with links are left out, none
  * has tables.
@@ -96,7 +96,7 @@ static double stored(const double *law, double x)
     return sum;
 }
 
-/* what contacts hold at most [J]; *one: what the one that holds most holds at least */
+/* what contacts hold at most [J]; *one: least force of the place that holds most */
 static double held(const watch *w, double *one)
 {
     double sum = 0.0;

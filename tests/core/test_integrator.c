@@ -128,7 +128,7 @@ END_TEST
 
 /* ---- controlled steps ---- */
 
-/* the double pendulum as it is seen at irregular times */
+/* the double pendulum at irregular times */
 typedef struct seen {
     double last, q[3], qd[3]; /* at 0.25, 0.7 and 1 s */
     int n, looks;
@@ -264,7 +264,7 @@ START_TEST(a_restored_state_continues_bit_for_bit)
 }
 END_TEST
 
-/* a block, changed at one place, is refused and leaves the simulation as it was */
+/* a block, changed at one place, is refused, and the simulation is not changed */
 static void refuse_block(stein_sim *sim, const void *block, size_t size, const char *why)
 {
     stein_err failure = {STEIN_OK, ""};
@@ -288,7 +288,7 @@ START_TEST(blocks_that_are_cut_damaged_or_foreign_are_refused)
     stein_save(sim, saved);
     ck_assert_stein(stein_reset(sim, err));
     for (size_t n = 0; n < size; n++) {
-        unsigned char *cut = malloc(n + 1); // of its own, so that a sanitizer sees who reads beyond
+        unsigned char *cut = malloc(n + 1); // a separate block, so that a sanitizer detects reads beyond it
         memcpy(cut, saved, n);
         refuse_block(sim, cut, n, n < 64 ? "cut off" : "bytes, expected");
         free(cut);

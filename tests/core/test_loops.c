@@ -79,7 +79,7 @@ static double energy(stein_sim *sim)
 
 /* ---- what is generated ---- */
 
-/* two branches on body a and one of its own; a point is moved along each axis of c and f */
+/* two branches on body a and a separate one; a point is moved along each axis of c and f */
 static const char every_kind[] =
     "mechanism: every_kind\n"
     "bodies:\n"
@@ -345,7 +345,7 @@ START_TEST(coupled_joints_move_as_one_with_the_inertia_of_all)
 }
 END_TEST
 
-/* the crank turns evenly but for a swing */
+/* the crank turns at constant speed, with a swing */
 static void turn(void *ctx, double t, double u[3])
 {
     (void)ctx;

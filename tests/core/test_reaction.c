@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * test_reaction.c - what joints and loops transmit: closed forms, Newton's law of single bodies, a
- * linkage solved by hand, and joints that are held instead and say what that needs.
+ * linkage solved by hand, and joints that are held instead, with their holding forces.
  */
 #include <string.h>
 
@@ -244,9 +244,9 @@ END_TEST
 
 /* ---- held joints ---- */
 
-/* The same mechanism twice: `arm` on its joint, whose reaction is read, and on six joints more that
- * are held and say what that needs (read: force of an input, by inverse dynamics). Contacts, links,
- * inputs and loops act on what it carries. */
+/* The same mechanism twice: `arm` on its joint with a reaction output, and on six more joints that
+ * are held, with outputs of their holding forces (read: force of an input, by inverse dynamics).
+ * Contacts, links, inputs and loops act on what it carries. */
 static const char parts[] =
     "  arm: {parent: %s, joint: R z, mass: 0.7 kg, centre: [0.2 m, 0.05 m, 0.1 m], "
     "inertia: {xx: 3e-3, yy: 4e-3, zz: 5e-3, xy: 4e-4, xz: -3e-4, yz: 2e-4}, damping: 0.2, "

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_realtime.c - what a real-time host relies on: no system call, no allocation, errno as it
- * was, and parameters that come from another thread whole, late or never, but never torn or at once
- * where they must not.
+ * test_realtime.c - what a real-time host relies on: no system call, no allocation, errno
+ * unchanged. Parameters from another thread arrive whole, late or never, but never torn, and never
+ * faster than their pace.
  */
 #define _DEFAULT_SOURCE // syscall
 #include <errno.h>
@@ -31,7 +31,7 @@ typedef struct host {
     stein_sim *sim;
     stein_handover *handover;
     void *start;  /* state at the beginning of a stroke */
-    double push;  /* input of nobody: what the hooks have seen */
+    double push;  /* input without a signal: what the hooks have seen */
     double heard; /* sum of what was read */
     int events, retunes;
 } host;
@@ -415,8 +415,8 @@ END_TEST
 
 /* ---- the work of a step ---- */
 
-/* evaluations of a step of RK4, which has 4, with two located events, whose rest is taken anew and
- * then implicitly, every trial being looked at for contacts that are too stiff */
+/* evaluations of a step of RK4: 4 for the step, two located events, the rest repeated and then
+ * implicit; every trial is checked for contacts that are too stiff */
 enum { MOST_EVALUATIONS = 33, GESTURES = SANITIZED ? 60 : 600 };
 
 static void count(void *ctx, double t, const double *q, const double *qd, double *Q)

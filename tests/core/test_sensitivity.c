@@ -242,8 +242,8 @@ START_TEST(they_ride_with_steps_of_controlled_error)
 }
 END_TEST
 
-/* a number that is turned while it moves: from then on directions are those of the new one, for
- * which a motion that begins there with the same direction is the witness */
+/* a number that is turned while it moves: from then on directions belong to the new one; a motion
+ * that begins there with the same direction is the reference */
 START_TEST(parameters_may_change_on_the_way)
 {
     const stein_model *model = &stein_model_double_pendulum;
@@ -280,7 +280,7 @@ START_TEST(parameters_may_change_on_the_way)
 }
 END_TEST
 
-/* the motion itself is what it is alone, to the bit, and so is what is read of it */
+/* the motion and its outputs have the same bits as without sensitivity */
 START_TEST(a_simulation_does_not_notice)
 {
     const stein_model *model = &stein_model_stein1788;
@@ -360,8 +360,8 @@ START_TEST(what_cannot_be_followed_is_said)
 }
 END_TEST
 
-/* who rides is told when the simulation ends or is taken over, and what has more joints is refused
- * before it is looked at */
+/* a sensitivity detects the end of its simulation and its replacement; a model with more joints is
+ * refused before its state is read */
 START_TEST(who_has_to_get_off_says_so)
 {
     stein_sim *sim = make_sim(&stein_model_stein1788, STEIN_RK4, 0.0);

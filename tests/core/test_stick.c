@@ -152,7 +152,7 @@ START_TEST(turning_points_fall_by_two_dead_bands_and_it_stops_within_one)
     double band = 0.3 / 50.0, half = pi / sqrt(50.0 / 0.8), x = 0.1;
     double tolerance = _i ? 1e-10 : 2e-9;
     ck_assert_stein(stein_run(sim, 5.0, err));
-    ck_assert_int_eq(nseen, 8); // at 0.1 it let go before anybody saw it
+    ck_assert_int_eq(nseen, 8); // at 0.1 it let go between two samples
     for (int n = 0; n < nseen; n++) {
         x = -copysign(fabs(x) - 2.0 * band, x);
         ck_assert_close(seen[n].time, (n + 1) * half, 0.0, 1e-8);

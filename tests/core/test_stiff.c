@@ -210,8 +210,8 @@ static void first_begin(void *ctx, stein_sim *sim, const stein_event *event)
     }
 }
 
-/* stiff in flight and contact, stiff to its end, and one whose deformation of 1e-12 m no tolerance
- * sees: only after too many steps */
+/* stiff in flight and contact, stiff to its end, and a deformation of 1e-12 m below every
+ * tolerance: only after too many steps */
 START_TEST(contacts_of_extreme_stiffness_come_to_rest)
 {
     static const char *const k[] = {"1e9 N/m", "1e11 N/m", "1e12 N/m"};
@@ -267,7 +267,7 @@ START_TEST(the_stiff_governor_agrees_with_equations_by_hand)
 }
 END_TEST
 
-/* the same bits by every compiler: those of gcc 12, which clang 14 has as well */
+/* the same bits by every compiler: values of gcc 12; clang 14 gives the same */
 START_TEST(implicit_steps_have_the_same_bits_everywhere)
 {
     static const double right[4] = {0x1.36c49638dbfa2p+0, 0x1.5c7ca61514c15p-4,
@@ -331,7 +331,7 @@ static void gentle(void *ctx, double t, double u[3])
     u[0] = 0.1 * t;
 }
 
-/* the same bits as a run that never asks, and why */
+/* the same bits as a run without the query, and the reason */
 static void check_refused(lab_model *model, int what, const char *why)
 {
     stein_sim *sim[2];
@@ -383,7 +383,7 @@ START_TEST(what_has_no_implicit_steps_stays_explicit_and_says_why)
 }
 END_TEST
 
-/* a stiff motion that may not be implicit says so as well */
+/* a stiff motion that may not be implicit reports it as well */
 START_TEST(a_stiff_motion_that_stays_explicit_says_why)
 {
     lab_model *model = open_text(oil, NULL, 0);

@@ -13,7 +13,7 @@ static void said(const stein_err *why, const char *what)
     ck_assert_msg(strstr(why->msg, what) != NULL, "%s\n  lacks %s", why->msg, what);
 }
 
-/* run to the failure; the state is the one that was kept */
+/* run to the failure; the state is the saved one */
 static void fails(stein_sim *sim, double until, stein_status code, stein_err *why)
 {
     ck_assert_int_eq(stein_run(sim, until, why), code);
@@ -257,7 +257,7 @@ START_TEST(random_mechanism_files_are_read_and_give_equations)
         stein_status status =
             mech_read_text(&m, "m.yaml", text, strlen(text), NULL, 0, NULL, NULL, &why);
         ck_assert_msg(status == STEIN_OK, "%s\n%s", why.msg, text);
-        gen_result r; // what they say is asked in test_generator.c
+        gen_result r; // test_generator.c tests the messages
         ck_assert_stein(gen_equations(&r, m, err));
         ck_assert(strstr(r.source, "nan") == NULL);
         gen_free(&r);

@@ -82,7 +82,7 @@ static stein_status call_write(uint64_t *result, stein_err *err)
 
 enum { POINTS = 3 };
 
-/* strokes at three places of the stop, and what they say of the published facts */
+/* strokes at three places of the stop, and the published facts on them */
 static stein_status sweep(lab_point point[POINTS], lab_fact *fact, int *nfact, stein_err *err)
 {
     for (int i = 0; i < POINTS; i++) {
@@ -211,7 +211,7 @@ static stein_status call_fit(uint64_t *result, stein_err *err)
     return status;
 }
 
-/* strokes that move as they say, are read as they were meant, and where each of them rests */
+/* checks of settings, suspicions and rests of strokes */
 static stein_status call_settings(uint64_t *result, stein_err *err)
 {
     const char *const file[] = {thing->swing[0], thing->swing[1], thing->swing[2]};
@@ -353,7 +353,7 @@ static stein_status call_plan(uint64_t *result, stein_err *err)
 
 /* ---- what is written for others ---- */
 
-/* with a compiler that writes a line; what is in an FMU is tested elsewhere */
+/* with a compiler that writes a line; other tests check the contents of an FMU */
 static stein_status call_fmu(uint64_t *result, stein_err *err)
 {
     lab_options options = files_options();
@@ -396,7 +396,7 @@ static stein_status call_import(uint64_t *result, stein_err *err)
     return status;
 }
 
-/* a page, its module compiled anew by that compiler */
+/* a page; that compiler compiles its module again */
 static stein_status call_page(uint64_t *result, stein_err *err)
 {
     char remove[2 * FILES_PATH];

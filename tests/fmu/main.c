@@ -36,7 +36,7 @@ int same(double a, double b)
     return memcmp(&a, &b, sizeof a) == 0;
 }
 
-/* The FMU asks this program's malloc for memory; sanitizers have one of their own. */
+/* The FMU uses this program's malloc; sanitizers have one of their own. */
 #if SANITIZED
 long allocations(void)
 {

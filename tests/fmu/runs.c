@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * runs.c - the numbers: those of `stein simulate` and of the C interface, bit for bit, whatever way
- * an importer takes to them.
+ * runs.c - the numbers: the bits of `stein simulate` and of the C interface, in every order of
+ * calls.
  */
 #include <math.h>
 #include <pthread.h>

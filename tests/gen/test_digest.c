@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_digest.c - mechanisms of one structure have the same equations: a program that has those of
- * one takes them for the other without generating anything.
+ * test_digest.c - mechanisms of one structure have the same equations: a program with the equations
+ * of one uses them for the other without generating.
  *
  * Model files are changed in places all over the text - a line is left out, a number becomes zero
  * or another one, a letter another one - and of those that can still be read one in three is
@@ -325,7 +325,7 @@ START_TEST(every_part_of_a_mechanism_is_part_of_its_structure)
     choice_counts(m, &m->stroke_string, "string");
     choice_counts(m, &m->stroke_notch, "notch");
     gen_structure(m, after);
-    ck_assert_str_eq(after, before); // all as it was
+    ck_assert_str_eq(after, before); // nothing changed
     mech_free(m);
     free(text);
 }

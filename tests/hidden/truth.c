@@ -30,7 +30,7 @@ static int has_all(const tree *list, const tree *answer, const tree *also, const
            (also == NULL || has(list, names_of(also), candidates));
 }
 
-/* rows from there on were compared with one another: with noise that is estimated begin anew */
+/* rows from there on were compared with one another: with estimated noise begin again */
 static const tree *first_row(const tree *rows)
 {
     const tree *first = rows != NULL ? rows->child : NULL;

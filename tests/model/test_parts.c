@@ -252,7 +252,7 @@ START_TEST(what_cannot_be_a_part_is_refused)
     const char *at = strstr(text, "3.31 g");
     memcpy((char *)at, "91.2 g", 6);
     refuse_text(text, strlen(text), NULL, 0, "part_of: key",
-                "the mass of key is not larger than that of its part hammer");
+                "the mass of key is not larger than the mass of its part hammer");
     free(text);
     text =
         changed("  pawl:\n    joint: R -y\n    at: [-123 mm, 0, -33.1 mm]\n",

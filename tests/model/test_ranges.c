@@ -259,7 +259,7 @@ START_TEST(inertias_that_no_body_has_are_refused_taken_or_balanced)
     mechanism *m = read_wheel("", "0.1", "accept", &t);
     ck_assert_ptr_nonnull(m);
     ck_assert_int_eq(t.n, 1);
-    check_told(&t, "the inertia of wheel is taken as it is");
+    check_told(&t, "the inertia of wheel is accepted");
     ck_assert(m->bodies[0].inertia[1].value == 0.8 && m->bodies[1].inertia[0].value == 0.4);
     mech_free(m);
 

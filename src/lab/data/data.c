@@ -68,7 +68,7 @@ static int grow(data__reader *r)
     return ok;
 }
 
-/* number of a cell in SI; 0 when it is none, which is told */
+/* number of a cell in SI; 0 when it is none, which is reported */
 static int number(data__reader *r, const char *text, data__cell cell, int k, double *v)
 {
     const data__title *t = &r->title[k];
@@ -325,14 +325,14 @@ static stein_status read_lines(data__reader *r, stein_err *err)
             row_line(r, text, size);
         }
     }
-    r->stop |= !r->lines.ended; // lines may be left that say more
+    r->stop |= !r->lines.ended; // remaining lines may give more problems
     if (ferror(r->lines.stream)) {
         return lab__fail(err, STEIN_EIO, "%s cannot be read: %s", r->out->file, strerror(errno));
     }
     return STEIN_OK;
 }
 
-/* an output that never changes measures nothing; a force that is never there says something */
+/* an output that never changes measures nothing; a force that is always 0 is information */
 static int may_be_constant(const data__reader *r, const lab_column *c, double value)
 {
     if (c->role == LAB_INPUT) {

@@ -41,7 +41,7 @@ enum {
     DATA_EVENT_EARLY,
     DATA_KINDS
 };
-/** Problems of one file. Those of one kind (not 0) are told once and counted. */
+/** Problems of one file. Problems of one kind (not 0) are reported once, with a count. */
 typedef struct data__problems {
     const char *file;
     struct data__problem {
@@ -104,8 +104,8 @@ double data__last_digit(data__cell cell, int exp10, char point);
  *  @return 0; 1 another quantity, 2 no unit at all */
 int data__unit(const char *unit, const char *wanted, int *exp10, double *factor);
 /** A title cut in two: "name [unit]", "name (unit)", "name / unit", "name, unit", or "name_unit"
- *  where only the name without the suffix is `time`, a channel or an input of the model. A name
- * that is the model's but for upper and lower case gets its spelling.
+ *  where only the name without the suffix is `time`, a channel or an input of the model. A name of
+ * the model in other upper and lower case gets the model's spelling.
  *  @return 1 with a unit, 0 without, -1 the bracket does not close */
 int data__cut_title(const stein_model *m, data__cell cell, char name[], char unit[]);
 /** A cell that is a unit alone, in brackets or without. @param unit  out [DATA_SHOWN] */
@@ -148,7 +148,7 @@ stein_status data__open(lab_data **data, const char *file, const char *text,
                         const lab_data_options *options, double before, double total,
                         stein_err *err);
 
-/** ", did you mean ...?" with the output or input of a model whose name is next, or nothing.
+/** ", did you mean ...?" with the nearest output or input of a model, or nothing.
  *  @param to  [room] out, returned */
 char *data__near_channel(char *to, size_t room, const stein_model *m, const char *name);
 /** Lines about a column: "# WORD NAME: VALUE". */
@@ -168,12 +168,12 @@ typedef struct data__title {
     int known;    /* 1: a channel or an input, with a place in the data */
     int to;       /* which */
     int at;       /* character column of the title */
-    int exp10;    /* see data__unit */
+    int exp10;    /* as in data__unit */
     double factor;
     double *value; /* being filled */
     unsigned char *present;
     int samples, varies, refused;
-    double first; /* value, to know a constant channel by */
+    double first; /* value, to detect a constant channel */
     int events;   /* 1: it holds times of events */
     int ended;    /* 1: of these, an empty cell has been seen */
     double last;  /* of these [s] */
@@ -215,14 +215,14 @@ void data__header_line(data__reader *r, int line, const char *text, size_t size)
 int data__is_header(const data__reader *r, const char *text, size_t size);
 /** Units in a line of their own below the titles. @return 0: it is none */
 int data__unit_line(data__reader *r, const data__cell *cell, int n);
-/** Does a column have nothing to do with the model? It is kept in mind, the audit tells it.
+/** Does a column have nothing to do with the model? It is kept for the audit.
  *  @return 0: it may be a slip */
 int data__pass_over(data__reader *r, const data__title *t);
 
 /* ---- data_events.c ---- */
 
 /** Do these titles belong to a file of times of events alone? Then the columns that hold them are
- *  added. What is wrong with lines "# events" is told. @return 1: the titles are done with, or
+ *  added. Errors of lines "# events" are reported. @return 1: the titles are done with, or
  *  nothing can be read */
 int data__event_titles(data__reader *r);
 /** The declaration of a title's times of events; NULL: it holds samples. */

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * data_rest.c - where a channel rests, and when it first moves.
  *
- * A rest begins as a stretch of 40 samples whose best parabola explains no more than noise would
- * (so the turning point of a flight is none) and grows by blocks of eight as long as the median of
+ * A rest begins as a stretch of 40 samples whose best parabola explains no more than noise would;
+ * so the turning point of a flight is no rest. It grows by blocks of eight as long as the median of
  * a block stays near the mean. It is then judged once more as a whole, and its ends are fitted
  * sample by sample.
  *

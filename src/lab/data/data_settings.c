@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * data_settings.c - does every stroke move as its own `# set` lines say?
+ * data_settings.c - does the motion of every stroke agree with its `# set` lines?
  *
  * A stroke with a wrong setting - files mixed up, grams read as kilograms, a sign - is no evidence
  * of missing physics, and one of them among twelve is enough to find some. How far a stroke is off,
@@ -8,7 +8,7 @@
  *
  * is computed with the numbers of the file and the settings v of the stroke. Wrong numbers and
  * missing physics of the size that a diagnosis is for leave D at one or two per cent, and alike in
- * all strokes. A stroke that is far off is told when
+ * all strokes. A stroke that is far off is reported when
  *
  *   - the same digits of a setting in another power of ten explain its record (as well as the
  *     others, if most of them are well explained), or
@@ -16,10 +16,10 @@
  *     has, the other sign - explains this one as well as the others, or
  *   - most strokes are well explained, this one is off by much of its travel, and nothing helps.
  *
- * Searched are only values that a slip of the pen leads to. A free search would always find some
+ * Only values that a slip of the pen gives are searched. A free search would always find some
  * value that is better, and a wrong spring would be called a wrong setting. For the same reason the
  * second and the third need other strokes that fit: where the model is far from all of them, a
- * stroke that just escapes and one that just does not are far apart without anybody's fault. And a
+ * stroke that just escapes and one that just does not differ much, with correct settings. And a
  * stroke that a little more or less friction brings back is no contradiction.
  */
 #include <gsl/gsl_sort.h>
@@ -31,14 +31,15 @@
 #include "data_compare.h"
 #include "fitting.h"
 
-/* share of the travel that makes a stroke suspect, and that most may be off by; factors */
+/* share of the travel from which on a stroke is suspicious, and largest share for most strokes;
+ * factors */
 static const double suspected = 0.04, far_off = 0.25, well = 0.012;
 static const double seen = 0.01; /* less is within what strokes differ by themselves */
 static const double worse = 5.0, much_worse = 10.0, explained = 4.0, usual = 2.0;
 static const double largest_nudge = 3.0; /* of what differs by itself, in its prior sd */
 enum {
     SHIFTS = 41,       /* of the trigger, over +-3 of its prior sd */
-    PATIENCE = 200000, /* evaluations of a stroke as it is; of many samples 100 each */
+    PATIENCE = 200000, /* evaluations of a stroke as stated; of many samples 100 each */
     A_SAMPLE = 100,
     NUDGES = 6,
     TIMES = 8 /* so many times what a stroke took: one with other settings */
@@ -160,7 +161,7 @@ static void try_value(check *c, int stroke, int k, double value, int decimal, gu
         return;
     }
     double off = misfit_with(c, stroke, k, set->param, value);
-    // of two that explain it the one with the same digits is the likelier slip
+    // of two explanations a value with the same digits is the likelier slip
     if (off < best->misfit * (decimal ? 1.0 : best->decimal ? 0.5 : 1.0)) {
         *best = (guess){k, decimal, value, off};
     }

@@ -20,7 +20,7 @@
 
 /* ---- yaml_edit.c ---- */
 
-/** Changes in the text of a YAML file; everything else in it stays as it is. */
+/** Changes in the text of a YAML file; everything else in it is unchanged. */
 typedef struct lab__yaml_edit lab__yaml_edit;
 /** @param text  must outlive the edit. @return OK, EPARSE, ENOMEM */
 stein_status lab__yaml_edit_begin(lab__yaml_edit **s, const char *text, size_t size,
@@ -84,8 +84,8 @@ enum { LAB_SITES = 32 };
 /** Sites of a kind that needs a part. @return their number */
 int lab__sites(const mechanism *m, const char *kind, lab__site site[LAB_SITES]);
 
-/** What a change of which is exactly that of an armature of joint i: "inertia.yy" of its own body
- *  where nothing turns that, "mass" of what slides level on the frame. NULL: nothing. */
+/** The number with exactly the same effect as an armature of joint i: "inertia.yy" of its body if
+ *  no other joint turns that, "mass" of a body that slides level on the frame. NULL: nothing. */
 const char *lab__same_as_armature(const mechanism *m, int i);
 /** Candidates [n] that are the same as an armature get its name as alias. */
 void lab__note_armatures(lab_candidate *list, int n, const stein_model *m);
@@ -106,7 +106,7 @@ const char *lab__comes_off(const stein_model *m, const char *param);
 void lab__structure_names(const lab_candidate *c, char name[LAB_NUMBERS][LAB_PLACE]);
 /** The text of a mechanism file with the part in it, freed by the caller.
  *  @param m       the mechanism of that text
- *  @param amount  of the effect; its other numbers are those of the candidate
+ *  @param amount  of the effect; its other numbers come from the candidate
  *  @return OK, EINVAL (it cannot sit there), EPARSE, ENOMEM */
 stein_status lab__structure_text(const lab_candidate *c, double amount, const mechanism *m,
                                  const char *text, size_t size, char **out, size_t *nout,
@@ -140,7 +140,7 @@ typedef struct lab__scales {
     double *room;     /* memory of all of them */
     double heaviness; /* of the whole tree [N] */
 } lab__scales;
-/** Largest plausible size of an effect; NAN: limits.c does not know its kind.
+/** Largest plausible size of an effect; NAN: limits.c has no entry for its kind.
  *  @param j      joint
  *  @param value  of its parameter in the file */
 double lab__joint_limit(const char *kind, const lab__scales *s, int j);
@@ -181,8 +181,8 @@ stein_status lab__open_with(lab_model **out, const char *file, const lab_candida
                             const lab_options *options, stein_err *err);
 /** lab_candidate_bind of an effect that is a parameter. */
 stein_status lab__bind_parameters(lab_candidate *c, const lab_model *model, stein_err *err);
-/** Leave out every candidate whose direction is that of an earlier one, or nothing at all, and note
- *  the names. @return OK, ENOMEM */
+/** Leave out every candidate that has the direction of an earlier one, or no effect, and note the
+ *  names. @return OK, ENOMEM */
 stein_status lab__aliases(lab_candidate *list, int *n, const lab_model *model, stein_err *err);
 
 #endif

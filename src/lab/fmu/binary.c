@@ -5,8 +5,8 @@
  *   CACHE/VERSION-abiN/fmu-HASH/core.o    all of them in one object
  *
  * HASH is of their text and of the compiler's name. What all FMUs share is compiled once; the
- * functions of one version of FMI, the equations and the values - a part of the binary, because an
- * importer need not set what it does not change - are compiled for each FMU beside it.
+ * functions of one version of FMI, the equations and the values are compiled for each FMU. Values
+ * are part of the binary, because an importer need not set unchanged ones.
  *
  * Only the functions of FMI are visible outside: FMUs of different versions of the library may be
  * loaded into one program.
@@ -107,7 +107,7 @@ static stein_status put_equations(fmu_sources *to, const mechanism *m, stein_err
     return status;
 }
 
-/* a double as C: a whole number without a point would be an int, and -0 lose its sign */
+/* a double as C: a whole number without a point would be an int, and -0 would become 0 */
 static void put_double(FILE *f, double value)
 {
     char text[LAB_NUMBER];
@@ -248,7 +248,7 @@ static stein_status complain(const job *j, int code, stein_err *err)
                      code, line);
 }
 
-/* the compiler, which may bring words of its own, and those of its first task */
+/* the compiler, which may contain options, and the options of its first task */
 static void begin(lab__command *w, const job *j, const char *fixed)
 {
     lab__command_split(w, j->cc);

@@ -22,7 +22,7 @@ static const struct category {
 };
 enum { CATEGORIES = sizeof categories / sizeof *categories };
 
-/* what an importer may ask of it, as co-simulation and for model exchange; closed by NULL */
+/* its capabilities for co-simulation and model exchange; closed by NULL */
 static const char *const slave3[] = {
     "canHandleVariableCommunicationStepSize", "canGetAndSetFMUState",       "canSerializeFMUState",
     "providesDirectionalDerivatives",         "providesAdjointDerivatives", NULL};
@@ -113,7 +113,7 @@ static void put_experiment(FILE *f, const stein_model *m)
 
 /* ---- variables ---- */
 
-/* "" where the version has no such attribute for it */
+/* "" if this version has no attribute for it */
 static const char *initial_of(const fmu_variable *v, int version)
 {
     switch (v->causality) {
@@ -176,7 +176,7 @@ static void put_variable(FILE *f, const fmu_list *list, const fmu_variable *v, i
 
 /* Which inputs an output follows at once, and which states; in FMI 3 parameters count as well, and
  * all of them may matter. Without an attribute everything would depend on everything, and importers
- * would see loops where there are none. */
+ * would find loops that do not exist. */
 static void put_dependencies(FILE *f, const fmu_list *list, const fmu_variable *v, int version)
 {
     const char *blank = "";

@@ -6,7 +6,7 @@
  *   description.c modelDescription.xml             xml.c        escaped texts, units
  *   binary.c      core, equations, FMI -> .so, .dll zip.c        the archive
  *
- * The sources of the FMI side are in src/fmi; make puts them, and those of the core, into the
+ * The sources of the FMI side are in src/fmi; make puts them and the sources of the core into the
  * program as text.
  * Included by: this folder.
  */
@@ -105,7 +105,7 @@ typedef struct fmu_binary {
     char platform[FMU_PLATFORM]; /* name of the folder in binaries */
     const char *ending;          /* "so", "dll" */
 } fmu_binary;
-/** Compile them. @param cc  compiler, with words of its own  @return OK, EIO, ENOMEM, ECOMPILE */
+/** Compile them. @param cc  compiler, with options  @return OK, EIO, ENOMEM, ECOMPILE */
 stein_status fmu__binary(fmu_binary *to, const fmu_sources *sources, int version, const char *cc,
                          const lab_options *options, stein_err *err);
 /** Options that the sources need for the same bits with every compiler. */

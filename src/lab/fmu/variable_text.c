@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * variable_text.c - what a variable is, for users who connect FMUs: the words of the file
+ * variable_text.c - descriptions of variables, for users of FMUs: the words of the file
  * where it has some, else what its place in the file states.
  */
 #include <stdlib.h>

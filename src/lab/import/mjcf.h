@@ -16,9 +16,9 @@ typedef struct mjcf_body {
     const xml_node *node;
     int body;    /* of the draft that carries it; -1: the frame */
     double o[3]; /* [m] its origin, in the axes of that from its origin */
-    double C[9]; /* from its axes to those of that */
+    double C[9]; /* from its axes to the parent's */
     double X[3]; /* [m] its origin while all joints are at their reference, in the world */
-    double W[9]; /* from its axes to those of the world, likewise */
+    double W[9]; /* from its axes to the world's, likewise */
 } mjcf_body;
 
 typedef struct mjcf {
@@ -40,7 +40,7 @@ const char *mjcf_text(const mjcf *m, const xml_node *node, const char *name);
 int mjcf_numbers(const mjcf *m, const xml_node *node, const char *name, double *x, int least,
                  int most);
 double mjcf_number(const mjcf *m, const xml_node *node, const char *name, double otherwise);
-/** From the axes of an element to those of what holds it. */
+/** From the axes of an element to its parent's. */
 void mjcf_orientation(const mjcf *m, const xml_node *node, double R[9]);
 
 /** Mass, centre and inertia of a body by <inertial> or by its geoms, in axes and from the origin of

@@ -26,7 +26,7 @@ typedef struct urdf_link {
     const xml_node *joint; /* that carries it, NULL: the root */
     int body;              /* of the draft; -1: the frame, -2: not yet */
     double o[3];           /* [m] origin of the link, in the axes of the body from its origin */
-    double C[9];           /* from the axes of the link to those of the body, row-major */
+    double C[9];           /* from the axes of the link to the body's, row-major */
 } urdf_link;
 
 typedef struct urdf_robot {
@@ -94,7 +94,7 @@ static urdf_link *find_link(urdf_robot *r, const char *label)
     return NULL;
 }
 
-/* mass, centre and inertia: from the axes of <inertial> by those of the link to those of the body
+/* mass, centre and inertia: from the axes of <inertial> by the link's to the body's
  */
 static void take_inertial(urdf_robot *r, const urdf_link *l, draft_body *b)
 {
@@ -365,7 +365,7 @@ static void take_root(urdf_robot *r)
     }
 }
 
-/* parents before children; every pass takes all whose parent is there */
+/* parents before children; every pass takes all links that have their parent already */
 static void take_links(urdf_robot *r)
 {
     draft *d = r->d;

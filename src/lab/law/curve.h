@@ -53,7 +53,7 @@ typedef struct diag__tables {
     int nsite;
     lab_model *model;
     lab_fit_def def;
-    const char **name; /* free: those of the null hypothesis, then all values */
+    const char **name; /* free: unknowns of the null hypothesis, then all values */
     char *names;
     double *name_sd; /* assumed tolerances, 0: none */
 } diag__tables;
@@ -180,11 +180,11 @@ void diag__curve_free_only(diag__curves *w, const diag__site *s);
 
 /** The largest gain first. */
 void diag__curve_sort(diag__curve *c, int n);
-/** With the degrees of freedom of the null fit: those of a curve are in its prior. */
+/** With the degrees of freedom of the null fit: the points of a curve are in its prior. */
 double diag__curve_chi2_dof(const diag__curves *w, const diag__curve *c);
 /** The laws into o; if the first one is accepted beside the judgement, it becomes the verdict.
  *  @param reporting  records that no fit has read; n 0: none
- *  @param before, after  of the report; after is that of the law where it is accepted
+ *  @param before, after  of the report; after belongs to the law if it is accepted
  *  @return OK, ENOMEM */
 stein_status diag__law_judge(diag__laws *l, const diag__judgement *j, const diag__row *best,
                              const lab_dataset *reporting, const diag__reported *before,

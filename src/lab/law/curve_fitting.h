@@ -20,7 +20,7 @@ typedef struct diag__globals {
     gsl_vector *g;
     const int *row; /* as in fit__normal, which has to outlive this */
 } diag__globals;
-/** From those of all unknowns, whose factors of the strokes n->BL and n->X it makes.
+/** From the columns of all unknowns. It computes the factors of the strokes n->BL and n->X.
  *  @return OK, ENOMEM; diag__globals_free in any case */
 stein_status diag__globals_of(fit__normal *n, const fit__problem *p, diag__globals *o,
                               stein_err *err);
@@ -64,7 +64,7 @@ typedef struct diag__fitting {
     double *try_x, *try_r, *was_x, *was_r, *dx; /* [nu], [rows] */
     double objective;                           /* of the round: chi2, priors and penalty */
     double damping;
-    double worth; /* gain of a round over whole strokes that leads to another one */
+    double worth; /* gain of a round over whole strokes from which on another round follows */
 } diag__fitting;
 /** Room, and nothing but this curve moves. @return OK, ENOMEM: there is nothing to end */
 stein_status diag__fitting_begin(diag__fitting *t, diag__curves *w, diag__curve *c, stein_err *err);
@@ -76,7 +76,7 @@ stein_status diag__fitting_begin_at(diag__fitting *t, diag__curves *w, diag__cur
 void diag__fitting_weigh(diag__fitting *t, stein_status end);
 void diag__fitting_end(diag__fitting *t);
 /** Rounds until one brings little, while an observer with that gain holds (0: free).
- *  @param known  1: c->r and the derivatives are those of the fit without a law
+ *  @param known  1: c->r and the derivatives come from the fit without a law
  *  @return OK, ENOMEM, or the failure of a stroke: c stays where it is */
 stein_status diag__rounds(diag__fitting *t, double gain_of_observer, int rounds, int known,
                           stein_err *err);

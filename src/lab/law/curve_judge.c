@@ -205,8 +205,8 @@ static double scale_free_gain(const diag__laws *l, const lab_law *law)
            SHAPE * stein__log_of(fmax(1.0, dof));
 }
 
-/* Are the causes friction of the joint over whose speed the law is, and explain nearly all? Then
- * the law is their shape, and the shape of a friction is never exactly that of the table. */
+/* Are the causes frictions of the law's joint, is the law over its speed, and do they explain
+ * nearly all? Then the law is their shape: no friction has exactly the shape of the table. */
 static int is_shape_of(const lab_law *law, const diag__judgement *j, const diag__row *best)
 {
     // NOLINTNEXTLINE(clang-analyzer-core.NonNullParamChecker): a law that was noted has a state
@@ -229,7 +229,7 @@ static int is_believed(const diag__laws *l, const lab_law *law, const diag__judg
         return 0;
     }
     if (j->finding == DIAG_NAMED && (!stated || is_shape_of(law, j, best))) {
-        return 0; // known effects come first, and nothing says that what they leave is no noise
+        return 0; // known effects come first, and their residual may be noise
     }
     if (j->finding == DIAG_EXPLAINED && !stated) {
         return 1; // what counted as noise is none
@@ -261,7 +261,7 @@ static void say_twin(const diag__laws *l, lab_diagnosis *o)
     size_t n = strlen(o->reason);
     if (twin != NULL) {
         snprintf(o->reason + n, sizeof o->reason - n,
-                 " A curve over its %s fits as well: these records do not tell the two apart.",
+                 " A curve over its %s fits as well: these records do not separate the two.",
                  twin->of);
     }
 }

@@ -151,7 +151,7 @@ void page__law(FILE *f, const lab_diagnosis *d)
         fputs("</figure></div>\n", f);
     } else {
         fputs("<p>No curve over one state of one place predicts the held-out records better: "
-              "what is missing is no such law, or needs other records to be seen.</p>\n",
+              "the missing effect is no such law, or needs other records.</p>\n",
               f);
     }
     fputs("<div class=\"scroll\" tabindex=\"0\"><table><tr><th>place</th><th>as a function "

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * page.c - a mechanism as one HTML file that needs nothing else.
+ * page.c - a mechanism as one self-contained HTML file.
  *
  * src/page/page.html is the page with four lines that stand for what is put in their place:
  *

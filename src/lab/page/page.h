@@ -20,7 +20,7 @@
 stein_status page__module(char **bytes, size_t *size, const lab_model *model,
                           const lab_options *options, stein_err *err);
 
-/** Write what the script has to know of a mechanism.
+/** Write the description of a mechanism for the script.
  *  @param hash  of the state at the end of the file's own run, as text */
 void page__describe(FILE *stream, const lab_model *model, const char *hash);
 

@@ -162,7 +162,7 @@ static stein_status end_command(const job *j, lab__command *words, const char *p
     return status;
 }
 
-/* the core is the same for every mechanism, what is around it knows the mechanism's name */
+/* the core is the same for every mechanism; the files around it contain the mechanism's name */
 static int is_of_core(const char *name)
 {
     static const char core[] = "src/core/";

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * before.c - which causes records could tell apart, before they are made.
+ * before.c - which causes planned records can separate.
  *
  *      records that are meant -> files, simulated with the file's numbers and noise
  *                             -> a diagnosis problem and its row without a cause (search/)
@@ -13,7 +13,7 @@
  * Then the same once more with each thing that could be measured or done besides, as the plan of
  * the next experiment lists them (experiments.c): another channel in all records; another setting,
  * start, load or motion in one record more. A third of the records reports and is not fitted, so it
- * tells no causes apart. An amount counts in the limit that its candidate has in
+ * does not help to separate causes. An amount counts in the limit that its candidate has in
  * the records without them.
  */
 #include <math.h>
@@ -327,7 +327,7 @@ static stein_status state(lab_before *o, const view *v, stein_err *err)
 
 /* ---- what would help ---- */
 
-/* what a view says more than the plan so far */
+/* additional information of a view */
 static stein_status compare(const lab_before *o, const view *v, lab_before_help *h, stein_err *err)
 {
     size_t n = (size_t)o->ncolumn;
@@ -456,7 +456,7 @@ static stein_status try_all(before *b, lab_before *o, const lab_experiment *e, i
     return status;
 }
 
-/* what the planner of experiments knows of this mechanism, around the records that are meant */
+/* input of the planner of experiments for this mechanism, with the planned records */
 static stein_status help(before *b, lab_before *o, stein_err *err)
 {
     const stein_model *m = lab_equations(b->model);

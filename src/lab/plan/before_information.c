@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * before_information.c - what a matrix of information says about causes, before anything is
- * measured.
+ * before_information.c - detectability and separability of causes from a matrix of information,
+ * before any measurement.
  *
  * With amounts a [limits] and everything that is refitted projected out (search/linear.c), the
  * records have the information I = G'PG. A cause alone is named from

@@ -47,7 +47,7 @@ static const double jitter = 1e-10;
 
 /* ---- Gram matrices ---- */
 
-/* the one of b that is number k of a; -1: a number of the effect, or b has no such */
+/* the one of b that is number k of a; -1: a number of the effect, or b has none */
 static int same_number(const plan__prediction *a, int k, const plan__prediction *b)
 {
     for (int i = 0; fit__find_number(a->name[k]) < 0 && i < b->np; i++) {

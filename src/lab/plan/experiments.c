@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * experiments.c - what could be done next with this mechanism.
  *
- * Nothing here knows a mechanism by name. What can be varied follows from the file and from the
+ * No mechanism is treated by name. What can be varied follows from the file and from the
  * strokes so far:
  *
  *   settings   every number that the strokes set, and the load's mass: its range so far, somewhat
@@ -18,10 +18,11 @@
  *   checks     no strokes: an instrument, a length, a felt that is under suspicion is looked at by
  *              itself (instrument_check.c)
  *
- * and two or three of these at once, as long as that tells more (plan.c).
+ * and two or three of these at once, as long as that gives more information (plan.c).
  *
- * Each of them says how far it goes beyond the strokes so far: there the model has not been seen to
- * hold. What the mechanism lacks is not proposed; what cannot be simulated says so and comes last.
+ * Each of them states its distance from the present strokes: there the model has not been seen to
+ * hold. What the mechanism lacks is not proposed; experiments that cannot be simulated are marked
+ * and come last.
  */
 #include <math.h>
 #include <stdarg.h>
@@ -74,7 +75,7 @@ static lab_experiment *add(list *l, const char *why, const char *format, ...)
     return e;
 }
 
-/* what does not fit is cut off before it: each thing says most in its beginning */
+/* what does not fit is cut off before it: the beginning of each has the most information */
 static void append(char to[LAB_PLAN_TEXT], const char *between, const char *more)
 {
     size_t gap = strlen(between), last = strlen(more), n = strlen(to);
@@ -108,7 +109,7 @@ static void add_setting(list *l, const lab_used *u, double value, const char *wh
     }
 }
 
-/* a number whose values so far are known */
+/* a number with known values so far */
 static void vary(list *l, const lab_used *u)
 {
     double range = u->hi - u->lo;
@@ -489,7 +490,7 @@ static void add_checks(list *l, const lab_check *check, int n)
     }
 }
 
-/* every one that a side asks for, and all of them */
+/* each one that a side needs, and all of them */
 static void checks(list *l, const plan__model *side, int nside)
 {
     lab_check check[LAB_PLAN_CHECKS];

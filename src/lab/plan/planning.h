@@ -154,7 +154,7 @@ stein_status plan__check_prediction(plan__prediction *v, const plan__model *side
 /** What a side predicts that is fitted to the prediction of another one.
  *  @param to  [noutput*rows] y - P w - Z u with y simulated at the w, u that come nearest: the
  *             prediction at w = u = 0 as seen from there
- *  @param P   [np][noutput*rows] of v as it counts beside that of `of` (expected_evidence.c)
+ *  @param P   [np][noutput*rows] of v as it counts beside the noise of `of` (expected_evidence.c)
  *  @param Z   [nz][noutput*rows] that both have
  *  @return OK, ENOMEM */
 stein_status plan__refit(double *to, plan__prediction *v, plan__reference *b,
@@ -181,7 +181,7 @@ void plan__spread(double *to, const plan__prediction *a, const plan__prediction 
 stein_status plan__pair_make(plan__pair *pair, plan__reference *reference, plan__prediction *a,
                              plan__prediction *b, stein_err *err);
 void plan__pair_free(plan__pair *pair);
-/** Odds of an experiment that sees some channels.
+/** Odds of an experiment with some channels.
  *  @param use     [noutput]
  *  @param wanted  2 ln of the odds wanted
  *  @param most    repeats at most
@@ -192,13 +192,13 @@ stein_status plan__odds(const plan__pair *pair, const unsigned char *use, double
 
 /* ---- before_information.c ---- */
 
-/** What columns say about their causes.
+/** Detectability and separability of causes from their columns.
  *  @param I      [n*n] information (inverse variance) with all that is refitted projected out, in
  *                limits; of one cause's columns the best one counts
  *  @param cause  [n] which cause a column is of, 0 to ncause - 1
  *  @param nameable  [ncause] out: smallest amount that is named [limits], INFINITY: none, or it has
  *                   no column
- *  @param apart     [ncause*ncause] out: amount of i from which on it is told from j [limits],
+ *  @param apart     [ncause*ncause] out: amount of i from which on it is separated from j [limits],
  *                   INFINITY: none; 0 on the diagonal */
 void plan__tell(const double *I, int n, const int *cause, int ncause, double *nameable,
                 double *apart);

@@ -2,9 +2,8 @@
  * predict.c - what the cause or a rival predicts of an experiment.
  *
  * The experiment becomes a stroke like any other: its settings, its clock, the driven input and
- * channels without values, whose residual is the prediction. So what is uncertain about it - the
- * trigger, offsets, an initial state, scatter - is what the fit would have to find, with the same
- * priors, and derivatives are those of the fit.
+ * channels without values; their residual is the prediction. So its uncertain quantities (trigger,
+ * offsets, initial state, scatter) are the unknowns of a fit, with the same priors and derivatives.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -174,7 +173,7 @@ static int unknowns(const fit__problem *p, const lab_posterior *q, int *of)
     return found;
 }
 
-/* x and steps of what the posterior knows */
+/* x and steps of the unknowns in the posterior */
 static void place(fit__problem *p, const lab_posterior *q, const int *of, double *x)
 {
     memset(x, 0, sizeof *x * (size_t)p->nu);
@@ -286,10 +285,10 @@ static int leaves(const plan__prediction *v, const plan__reference *b, int way, 
     return v->rows;
 }
 
-/* Behind an event that may as well not happen - a bounce more, a pawl that just catches - a stroke
- * answers to its numbers more finely than anybody knows them, and what a model says of it tells
- * nothing about the model: it ends where a small part of what is uncertain makes it go another way
- * than its derivatives say. The numbers have been found from strokes that end so (equilibrium.c).
+/* After an event that may as well not happen (one more bounce, a pawl that just catches) a stroke
+ * is more sensitive to its numbers than their uncertainty, and its prediction is no evidence about
+ * the model. The stroke ends where a small part of the uncertainty gives a motion that differs from
+ * the linear prediction. The numbers have been found from strokes that end so (equilibrium.c).
  */
 static stein_status foresee(plan__prediction *v, plan__reference *b, const fit__problem *p,
                             const double *x, const double *way, stein_err *err)

@@ -8,7 +8,7 @@
  *
  *      min |y_of - y(w, u)|^2 + |w|^2 + |u|^2
  *
- * by steps along its derivatives at w = u = 0, each with a stroke simulated where it leads to.
+ * by steps along its derivatives at w = u = 0, each with a simulated stroke at its end.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -25,7 +25,7 @@ typedef struct imitation {
     const plan__prediction *of;
     const plan__reference *b;
     int n, until;
-    const double *P;  /* [np][noutput*rows] its own beside those of `of` */
+    const double *P;  /* [np][noutput*rows] its own beside `of`'s */
     const double *Z;  /* [nz][noutput*rows] of both, the mean */
     double *t, *step; /* [n] w and u; where to go from there */
     double *x, *r;    /* [nu], residuals */
@@ -116,7 +116,7 @@ static double attempt(imitation *m, plan__reference *b, stein_status *status, st
     return sum + product(m, m->r, m->r);
 }
 
-/* where to go from t, whose residuals are r, by the derivatives at 0 */
+/* next point after t, which has the residuals r, by the derivatives at 0 */
 static void aim(imitation *m)
 {
     for (int k = 0; k < m->n; k++) {

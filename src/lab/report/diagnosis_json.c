@@ -68,7 +68,7 @@ static void write_name(lab__json *j, const lab_suspect *s)
     write_scope(j, s);
 }
 
-/* what the records say of themselves: one with a wrong setting, one behind which they change */
+/* findings about the records: one with a wrong setting, one behind which they change */
 static void write_odd_records(lab__json *j, const lab_diagnosis *d)
 {
     const lab_suspect *change = NULL, *setting = NULL;
@@ -336,7 +336,7 @@ static void write_fit(lab__json *j, const lab_diagnosis *d)
     lab__json_close(j);
 }
 
-/* where what the records set is not what they say */
+/* settings that differ from the records' statements */
 static void write_settings_off(lab__json *j, const lab_diagnosis *d)
 {
     lab__json_open(j, "settings_off", '[');

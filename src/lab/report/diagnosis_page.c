@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * diagnosis_page.c - report.html: one file without network, scripts or fonts of its own.
+ * diagnosis_page.c - report.html: one file without network, scripts or embedded fonts.
  *
  * The first screen (diagnosis_summary.c) answers the questions; the rest shows why.
  *

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * diagnosis_summary.c - the first screen of report.html: verdict, what speaks against it, size,
- * error in the channels' units, rivals, what remains, what forces say, what to do next.
+ * diagnosis_summary.c - the first screen of report.html: verdict, contradictions, size, error in
+ * the channels' units, rivals, the remaining residual, the check by forces, the next step.
  */
 #include <math.h>
 #include <string.h>
@@ -209,7 +209,7 @@ static const char *advice(const lab_diagnosis *d)
 {
     switch (d->verdict) {
     case LAB_VERDICT_EXPLAINED:
-        return "Use the model as it is. Effects smaller than the noise and scatter of these "
+        return "Use the model without changes. Effects smaller than the noise and scatter of these "
                "records may still be missing.";
     case LAB_VERDICT_NOT_CONVERGED:
         return "Check the data and the starting numbers below first. No statement about physics "

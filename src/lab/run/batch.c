@@ -1,14 +1,15 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * batch.c - many runs of one model, on the threads of a pool and in the lanes of each.
  *
- * Each point gets a simulation made from a descriptor whose defaults are the point's parameters -
- * as if the file had said so. Nothing of one point reaches another one, so any number of threads
- * and lanes gives the same bits, and a parameter set without equilibrium fails alone. Creating a
- * simulation costs one allocation, nothing beside a stroke.
+ * Each point gets a simulation from a descriptor with the point's parameters as defaults, as if the
+ * file stated them. Nothing of one point reaches another one, so any number of threads and lanes
+ * gives the same bits, and a parameter set without equilibrium fails alone. Creating a simulation
+ * costs one allocation, nothing beside a stroke.
  *
- * A thread takes points in chunks. Each of its lanes has a run (strike.c), which tells what its
- * simulation needs next. Fixed steps are taken in all lanes at once; steps of controlled error have
- * a length of their own in each lane. A lane whose run is over takes the next point of the chunk.
+ * A thread takes points in chunks. Each of its lanes has a run (strike.c), which returns the next
+ * operation of its simulation. Fixed steps are taken in all lanes at once; steps of controlled
+ * error have a length of their own in each lane. After the end of a run its lane takes the next
+ * point of the chunk.
  */
 #include <math.h>
 #include <pthread.h>
@@ -38,7 +39,7 @@ typedef struct lane {
     lab__runner *runner;
 } lane;
 
-/* what a thread has of its own */
+/* data of a thread */
 typedef struct worker {
     lane *lane; /* [lanes] */
     int lanes;
@@ -173,7 +174,7 @@ static stein_status advance_lane(worker *t, int i, stein_status status, int *ove
     return status;
 }
 
-/* fill empty lanes from the chunk, advance all; a lane whose run is over is filled at once.
+/* fill empty lanes from the chunk, advance all; after the end of a run its lane is filled at once.
  * @param steps  out: so many are next in all lanes; 0: none is left */
 static stein_status advance_lanes(job *j, worker *t, int *next, int end, long *steps,
                                   stein_err *err)

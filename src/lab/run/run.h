@@ -32,7 +32,7 @@ stein_status lab__steps_of(lab__steps *steps, const lab_model *model, const char
 
 /* ---- strike.c ---- */
 
-/** A run that says step by step what its simulation is to do. */
+/** A run that returns step by step the next operation of its simulation. */
 typedef struct lab__runner lab__runner;
 /** What the next call of lab__runner_next needs of a simulation that may be in a lane: what is
  * always up to date, its state to look at, or the whole of it to be changed. */
@@ -68,8 +68,8 @@ typedef struct lab__stop {
     void *ctx;
 } lab__stop;
 int lab__stop_asked(const lab__stop *stop);
-/** The failure with which work that shall stop goes up: that of memory, which every caller passes
- * on and none takes for a property of the model. @return ENOMEM */
+/** The failure with which work that shall stop goes up: out of memory: every caller passes it on,
+ * and none takes it for a property of the model. @return ENOMEM */
 stein_status lab__stop_work(stein_err *err);
 /** At the public call that was given the question. @return ESTOPPED in place of ENOMEM, if that is
  *  why; else status */
@@ -81,7 +81,7 @@ stein_status lab__stop_end(stein_status status, const lab__stop *stop, stein_err
 typedef struct lab__thread_pool {
     int n, threads;
     const unsigned char *skip; /* [n] 1: leave out this piece; may be NULL */
-    /** What a thread needs of its own; may be NULL. A failure ends the work. */
+    /** Data of a thread; may be NULL. A failure ends the work. */
     stein_status (*begin)(void *ctx, void **worker, stein_err *err);
     /** One piece, in any order, from any thread. Anything but OK ends the work. */
     stein_status (*work)(void *ctx, void *worker, int i, stein_err *err);
@@ -114,7 +114,7 @@ enum { LAB_THREADS = 64 };
  *  @return OK; anything else ends the batch */
 typedef stein_status lab__point_fn(void *ctx, int point, stein_sim *sim, const lab_stroke *stroke,
                                    stein_status status, stein_err *err);
-/** Many runs of one model, each with parameters of its own: strokes, where the model names one. */
+/** Many runs of one model, each with its parameters: strokes, where the model names one. */
 typedef struct lab__batch {
     const lab_stroke_def *def; /* of every run, without samples */
     const lab_model *model;

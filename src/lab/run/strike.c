@@ -8,12 +8,12 @@
  *
  *      dgap/dt = (gap(t + e, q + e qd) - gap(t - e, q - e qd)) / 2e,     e = 1 us
  *
- * whose error is of the order e^2 against the time scale of the stroke (1e-8). A channel for the
+ * with an error of order e^2 relative to the time scale of the stroke (1e-8). A channel for the
  * gap's rate would have to exist in every mechanism file. The peak force is the vertex of the
  * parabola through the highest step and its neighbours.
  *
- * A run never steps by itself: it says what the simulation is to do next (lab__runner_next), so
- * that many of them can go side by side in lanes (batch.c).
+ * A run never steps by itself: it returns the next operation of the simulation (lab__runner_next),
+ * so that many runs can go side by side in lanes (batch.c).
  */
 #include <math.h>
 #include <stdlib.h>

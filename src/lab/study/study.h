@@ -12,9 +12,9 @@
  *   angle.c        the notch's angle         sensitivity.c  every parameter
  *   regulate.c        a parameter for a height  tolerance.c    Monte Carlo
  *
- * A part of the study simulates, fills tables (they become CSV files), says in sentences what came
- * out, and lists the pictures of its tables. Everything it says is computed from the run.
- * Included by: this folder, src/cli.
+ * A part of the study simulates, fills tables (they become CSV files), writes its results in
+ * sentences, and lists the pictures of its tables. All numbers in the sentences are computed from
+ * the run. Included by: this folder, src/cli.
  */
 #ifndef STUDY_H
 #define STUDY_H
@@ -38,7 +38,7 @@ typedef struct study_slope {
     double step;                   /* of the central difference, in unit steps */
     int agrees;                    /* halving the step changed nothing to speak of */
 } study_slope;
-/** One study: the model, how to compute, what all parts need to know about the action. */
+/** One study: the model, settings of the computation, data about the action for all parts. */
 typedef struct study {
     const lab_model *model;
     int threads;
@@ -63,8 +63,8 @@ typedef struct study {
     char left_out[160];        /* why parts with a prescribed motion are missing; "" */
 } study;
 
-/** Job i of n on a simulation whose parameters are those of the file; all jobs of a part see their
- *  own simulation and write their own results, so these do not depend on the number of threads.
+/** Job i of n on a simulation with the file's parameters. Every job of a part has its own
+ *  simulation and results, so these do not depend on the number of threads.
  *  @return how its last stroke ended: without memory the study is over, any other failure is one of
  *  the results */
 typedef stein_status study_job_fn(void *ctx, stein_sim *sim, int i);
@@ -103,7 +103,7 @@ typedef struct study_drive {
 } study_drive;
 study_drive study_drive_default(void);
 
-/** A stroke with what lab_stroke does not hold. NAN where there was no such thing. */
+/** A stroke with what lab_stroke does not hold. NAN where there was none. */
 typedef struct study_details {
     stein_status status;
     lab_stroke stroke;
@@ -122,7 +122,8 @@ typedef struct study_watch {
     void *ctx;
 } study_watch;
 
-/** Reset `sim` (parameters as they are) and run the stroke. Failures are in details->status. */
+/** Reset `sim`, with its present parameters, and run the stroke. Failures are in
+ * details->status. */
 void study_strike(const study *s, stein_sim *sim, const study_drive *drive,
                   const study_watch *watch, study_details *details);
 /** The key's motion of a touch: share of the way [0, 1] and its derivatives by t/travel. */

@@ -12,8 +12,8 @@
  *   Monte Carlo  actions are drawn and struck; splitmix64 with one stream a sample, so a sample
  *                depends on the seed and its number alone
  *
- * The escapement has a working range of a few centimetres of height only, so at full tolerances
- * many actions do not strike before they are regulated and a spread cannot be measured on them. The
+ * The escapement works only in a range of a few centimetres of height. So at full tolerances many
+ * actions do not strike before they are regulated, and a spread cannot be measured on them. The
  * linear sum is therefore checked against a Monte Carlo at a tenth of the tolerances.
  */
 #include <math.h>

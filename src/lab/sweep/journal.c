@@ -9,7 +9,7 @@
  *
  * A row is added by a single write() of the whole line in append mode. What a killed program leaves
  * is therefore complete lines and at most one torn one at the end, without newline, which is cut
- * off before anything else is added. A line whose checksum is wrong counts as not there: its point
+ * off before anything else is added. A line with a wrong checksum is ignored: its point
  * is computed again. Nothing is ever rewritten in place, and only one process at a time may add (a
  * record lock, which the system takes back whatever happens to the process). A head other than
  * one's own is refused. Not covered: loss of power, for which every point would need an fsync.

@@ -176,7 +176,7 @@ START_TEST(cuts_are_loops_and_the_motion_is_that_of_the_file_written_by_hand)
     static const char *const told[] = {"cut pin ignores some of its conditions",
                                        "link spring: its law is in user code (user_LinkForces)",
                                        "external force \"gust\"",
-                                       "the inertia of wheel is taken as it is"};
+                                       "the inertia of wheel is accepted"};
     text_has(said, told, sizeof told / sizeof *told);
     ck_assert_stein(lab_open(&model[0], in_folder("rig.yaml"), &options, err));
     ck_assert_stein(lab__open_text(&model[1], "by_hand.yaml", rig_by_hand, sizeof rig_by_hand - 1,

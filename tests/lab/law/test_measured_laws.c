@@ -77,7 +77,7 @@ static void recover_law(const char *ball, int light)
                           ball, l->at[k]);
             ck_assert_msg(l->at[k] > -8.0 || l->value[k] > 0.0, "%s at %g m/s", ball, l->at[k]);
         }
-        ck_assert(strstr(d->reason, "do not tell the two apart") != NULL); // height, of one height
+        ck_assert(strstr(d->reason, "do not separate the two") != NULL); // height, of one height
     }
     lab_diagnosis_destroy(d);
     drop(&f);

@@ -124,7 +124,7 @@ START_TEST(what_never_happened_is_told_in_its_panel)
                                "escapement_time [s],impact_time [s],peak_string_force [N]\n";
     static const char *const row[] = {"0,0.001,ok,,,0.05,3", "1,0.002,ok,,,0.06,4", NULL};
     drawn(head, row);
-    HAS("no such event", "'escapement height [mm]'", "'time [ms]'", "title 'impact time'",
+    HAS("no event", "'escapement height [mm]'", "'time [ms]'", "title 'impact time'",
         "'peak string force [N]'");
     script_lacks("title 'escapement time'");
 }

@@ -507,7 +507,7 @@ START_TEST(what_to_do_next_depends_on_the_verdict)
         int causes, rivals;
         const char *says;
     } next[] = {
-        {LAB_VERDICT_EXPLAINED, 0, 0, "Use the model as it is."},
+        {LAB_VERDICT_EXPLAINED, 0, 0, "Use the model without changes."},
         {LAB_VERDICT_NOT_CONVERGED, 0, 0, "Check the data and the starting numbers below first"},
         {LAB_VERDICT_UNKNOWN_EFFECT, 0, 0, "Look where the map below is darkest"},
         {LAB_VERDICT_SENSOR, 1, 0, "Check the instrument;"},
