@@ -1,6 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
-# test_commands.sh - what commands say of rare results, and how they end: imports, fits that are
+# test_commands.sh - messages and exit codes of commands with rare results: imports, fits that are
 # not sure, sweeps of which all points fail, journals with damage, pictures beside results, limits of
 # the command line.
 set -u

@@ -1,8 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
-# test_manual.sh - the manual pages say what --help says and are set without a complaint, every public
-# function has one; the completions of bash, zsh and fish know every command, every option, and the
-# names of the numbers of a file.
+# test_manual.sh - the manual pages have the text of --help and are formatted without warnings;
+# every public function has one; the completions of bash, zsh and fish contain every command, every
+# option, and the names of the numbers of a file.
 set -u
 . tests/claims.sh
 

@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
-# test_options.sh - options that are seldom used, and every way to use them wrongly: one line that
-# says what was expected, and exit code 2 before anything is computed or written.
+# test_options.sh - options that are seldom used, and every way to use them wrongly: one line with
+# the expected value, and exit code 2 before anything is computed or written.
 set -u
 . tests/claims.sh
 action=models/stein1788.yaml pendulum=models/pendulum.yaml data=models/strokes/stroke_01.csv

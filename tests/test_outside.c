@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_outside.c - the laws that are in no table of effects (tests/reality/outside.c): they are
- * what they say, they are no sum of what the table has, the sealed answer has them where the
- * strokes go; and strokes that somebody asks for are made in the same world.
+ * test_outside.c - the laws that are in no table of effects (tests/reality/outside.c): they agree
+ * with their formulas, they are no sum of effects of the table, the sealed answer has them in the
+ * range of the strokes; and requested strokes are made in the same world.
  */
 #include <gsl/gsl_multifit.h>
 
@@ -271,7 +271,7 @@ START_TEST(no_sum_of_known_laws_is_one_of_these)
 }
 END_TEST
 
-/* ---- strokes that somebody asks for ---- */
+/* ---- requested strokes ---- */
 
 /* mean of a column over the last hundred frames, less that before the release */
 static double travel(const char *path, int column)

@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
 # test_plan.sh - stein plan: from strokes over a diagnosis with a rival to the stroke that separates
-# them, whose file can be simulated and diagnosed; what is wrong with a diagnosis.json is told with
+# them, whose file can be simulated and diagnosed; errors of a diagnosis.json are reported with
 # file, line and field; exit codes; files appear whole.
 set -u
 . tests/claims.sh

@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
-# test_trust.sh - no result is silently wrong: what runs say of their errors and energies, and when
-# they end with 3. Each mechanism is a small one with a known answer.
+# test_trust.sh - no result is silently wrong: errors and energies reported by runs, and their end
+# with status 3. Each mechanism is a small one with a known answer.
 set -u
 . tests/claims.sh
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_ranges.c - what a parameter can be: the file's reader, the generated tables and every way to
- * set a number know the same ranges, and a refusal changes nothing.
+ * test_ranges.c - what a parameter can be: the reader of files, the generated tables and every
+ * function that sets a number use the same ranges, and a refusal changes nothing.
  */
 #include <string.h>
 

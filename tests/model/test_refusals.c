@@ -2,8 +2,8 @@
  * test_refusals.c - every refusal of the mechanism reader, by the place and the words of its
  * message.
  *
- * Tables of changes to one good file. Every change must give exactly one problem, so that no
- * mistake is told twice, at the line and column of a given piece of the changed text.
+ * Tables of changes to one good file. Every change must give exactly one problem, at the line and
+ * column of a given piece of the changed text. So no mistake is reported twice.
  */
 #include <stdlib.h>
 #include <string.h>
@@ -184,7 +184,7 @@ START_TEST(formulas_that_refer_to_each_other_in_a_ring_are_refused)
 }
 END_TEST
 
-/** A body whose mass is the end of a chain of n formulas, in the arena of the caller. */
+/** A body with a mass at the end of a chain of n formulas, in the arena of the caller. */
 static void chain(char *text, size_t size, int n)
 {
     snprintf(text, size,
@@ -399,7 +399,7 @@ START_TEST(contacts_that_cannot_be_are_refused)
         refuse_all(&r[i], 1);
     }
 
-    /* a notch of a body that leaves the plane is told; its other contacts are in space then */
+    /* a notch of a body that leaves the plane is refused; its other contacts are in space then */
     char *text = changed(r[0].from, r[0].to);
     mechanism *m = NULL;
     log_t log = {"", 0};

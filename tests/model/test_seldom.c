@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_seldom.c - what files seldom hold: mistakes that nobody makes twice, forms that few use,
- * ends of files and limits of sizes. Each is either read as it is meant or refused by file, line
- * and field.
+ * test_seldom.c - what files seldom hold: rare mistakes, rare forms, ends of files and limits of
+ * sizes. Each is either read correctly or refused by file, line and field.
  */
 #include "data_support.h"
 #include "mechanism_cases.h"
@@ -103,7 +102,7 @@ START_TEST(a_mechanism_has_no_more_points_than_it_can)
 }
 END_TEST
 
-/* parts of parts, each with a formula of its own: the rest of the whole is longer than can be kept
+/* parts of parts, each with its own formula: the rest of the whole is longer than can be kept
  */
 START_TEST(what_is_left_of_a_body_may_be_too_long_a_formula)
 {

@@ -165,7 +165,7 @@ async function measuring(b) {
   claim("and drawn", await pixels(b, "traces", "ink") > before + 200, [before, await pixels(b, "traces", "ink")]);
   await b.call("DOM.setFileInputFiles", { nodeId, files: [path.resolve(__filename)] });
   await b.until(`/is no record/.test(document.getElementById("measured").textContent)`);
-  claim("what is none is told, and nothing is drawn", await pixels(b, "traces", "ink") < before + 50);
+  claim("a file that is no record is reported, and nothing is drawn", await pixels(b, "traces", "ink") < before + 50);
 }
 
 async function touring(b) {
@@ -242,7 +242,7 @@ async function named(b) {
   await b.call("Accessibility.enable");
   const { nodes } = await b.call("Accessibility.getFullAXTree");
   const sliders = nodes.filter((n) => !n.ignored && n.role?.value === "slider").map((n) => n.name?.value);
-  claim("every slider has a name of its own", sliders.length > 8 && sliders.every((n) => n) && new Set(sliders).size === sliders.length, sliders);
+  claim("every slider has a unique name", sliders.length > 8 && sliders.every((n) => n) && new Set(sliders).size === sliders.length, sliders);
 }
 
 async function run() {

@@ -2,8 +2,8 @@
  * test_data_audit.c - the audit finds again what was put into a synthetic record, and judges the
  * measurements made by others, where they are present.
  *
- * Limits are those of the estimators at these record lengths, over several seeds: noise +-15 %,
- * steps +-2 %, jitter +-15 %, ends of rests by a few ms (the motion begins as a t^2 / 2).
+ * Limits are the errors of the estimators at these record lengths, over several seeds: noise +-15
+ * %, steps +-2 %, jitter +-15 %, ends of rests by a few ms (the motion begins as a t^2 / 2).
  */
 #include "data_support.h"
 

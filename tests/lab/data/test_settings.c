@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_settings.c - does a stroke move as its `# set` lines say? On the strokes of models/strokes,
- * in which an effect is hidden and the numbers of the file are wrong by their tolerances.
+ * test_settings.c - does the motion of a stroke agree with its `# set` lines? On the strokes of
+ * models/strokes, in which an effect is hidden and the numbers of the file are wrong by their
+ * tolerances.
  */
 #include "data_support.h"
 #include "suites.h"

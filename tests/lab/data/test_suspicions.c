@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * test_suspicions.c - records that are read otherwise than they were meant are noticed, and others
- * are not: strokes of the action from rest, swings of a double pendulum from a start that nobody
- * states, a slide on a spring, and measurements made by others.
+ * are not: strokes of the action from rest, swings of a double pendulum from an unstated start, a
+ * slide on a spring, and measurements of others.
  */
 #include <glob.h>
 
@@ -183,7 +183,7 @@ START_TEST(strokes_as_they_are_are_not_suspected)
 }
 END_TEST
 
-/* key_dip has a quarter of the other channel's rate, in rows of its own */
+/* key_dip has a quarter of the other channel's rate, in separate rows */
 START_TEST(channels_of_different_rates_are_compared)
 {
     char line[200], time[40], distance[40], dip[40];
@@ -244,7 +244,7 @@ START_TEST(the_texts_alone_are_handed_out)
 }
 END_TEST
 
-/* ---- swings from a start that nobody states ---- */
+/* ---- swings from an unstated start ---- */
 
 /* swings of the double pendulum, filmed with some noise in mid-motion */
 static void film_swings(void)

@@ -139,7 +139,7 @@ END_TEST
 
 START_TEST(its_causes_leave_what_a_regression_leaves)
 {
-    // friction that differs by direction (a worn screw, say the authors) leaves no offset
+    // friction that differs by direction (a worn screw, according to the authors) leaves no offset
     static const char *const cause[] = {"slide.mass",    "slide.damping",   "slide.coulomb.T",
                                         "slide.preload", "slide.asymmetry", NULL};
     // of filtered signals by regression; the last two are published
@@ -173,7 +173,7 @@ END_TEST
 
 /* ---- falling balls ---- */
 
-/* fit nothing but what a stroke has of its own, at this drag */
+/* fit only the stroke's own unknowns, at this drag */
 static void follow(fitted *f, const char *file, double drag)
 {
     static const char *const held[] = {"gravity.z", NULL}; // by its tolerance
@@ -224,7 +224,8 @@ static double predicted(const char *file, double drag)
     return rms;
 }
 
-/* squared errors on the second drop of a ball, without drag and with that of the first drop */
+/* squared errors on the second drop of a ball, without drag and with the drag from the first
+ * drop */
 static void hold_out(const char *ball, double squares[2])
 {
     static const char *const drag[] = {"ball.drag", NULL};
@@ -282,7 +283,8 @@ START_TEST(a_diagnosis_of_the_axis_finds_its_friction_and_its_offset)
     static const char *const cause[] = {"coulomb_friction", "viscous_friction", "preload"},
                              *const hidden[] = {"viscous_asymmetry", "coulomb_asymmetry", NULL};
     static const double published[] = {20.3935, 203.5034, 3.1648};
-    // the offset is told from dry friction where the motion turns, so it depends on its smoothing
+    // the offset is separated from dry friction where the motion reverses, so it depends on its
+    // smoothing
     static const double within[] = {0.02, 0.02, 0.04};
     if (is_too_slow() || !converted()) {
         return;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_odd_records.c - swings of a pendulum of which one states a wrong angle, or that change after
- * one of them, or that mirror the angle: which record it is, what would fit there, and nothing else
- * is named.
+ * test_odd_records.c - swings of a pendulum: one states a wrong angle, or the pendulum changes
+ * after one of them, or all mirror the angle. The diagnosis names the record and its true value,
+ * and no other effect.
  */
 #include <math.h>
 #include <string.h>
@@ -27,7 +27,7 @@ static lab_diagnosis *diagnosed(fitted *f, const char *const *data)
     return d;
 }
 
-/* a swing says that it began at so many degrees */
+/* a swing states its start in degrees */
 static void say(const char *path, const char *said)
 {
     static const char setting[] = "# set rod.initial.position:";
@@ -105,7 +105,7 @@ START_TEST(one_record_with_a_wrong_setting_is_named_with_what_would_fit)
 END_TEST
 
 /* of the swings that are fitted - 1, 2, 4, 5, 7, 8 - the third one is the first with it; swing 3,
- * which only reports, tells that it had not begun there */
+ * which only reports, shows that it had not begun there */
 START_TEST(a_change_half_way_is_named_with_the_record_behind_which_it_begins)
 {
     static const char *const before[] = {"rod.coulomb.T=0 N m", NULL}, *const after[] = {
@@ -157,7 +157,7 @@ START_TEST(a_change_half_way_is_named_with_the_record_behind_which_it_begins)
 }
 END_TEST
 
-/* Swings whose angles are said in whole degrees: 12 deg is between 11.5 and 12.5.
+/* Swings with angles stated in whole degrees: 12 deg is between 11.5 and 12.5.
  * @param more  another number of the true pendulum, NULL: none
  * @return the RMS of what the fitted ones are off by [rad] */
 static double film_rounded(const char *data[SWINGS + 1], const char *more)

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_armature.c - the rotor behind a gear that a file has forgotten: where it can be, what says
- * the same, and that a diagnosis finds it. The records come from equations written here.
+ * test_armature.c - the rotor behind a gear that a file has forgotten: its places, its aliases, and
+ * its diagnosis. The records come from equations written here.
  */
 #include <math.h>
 

@@ -341,7 +341,7 @@ static const lab_candidate *find(const lab_candidate *list, int n, const char *k
     return NULL;
 }
 
-/* its length is as uncertain as that of a rod that is drawn along x */
+/* its length is as uncertain as the length of a rod that is drawn along x */
 START_TEST(the_centre_of_a_rod_that_hangs_is_along_it)
 {
     static const char *const centre[][2] = {{"[0, 0, -310 mm]", "rod.centre.z"},
@@ -424,7 +424,7 @@ START_TEST(what_is_the_same_change_is_one_candidate)
                 {"contact_stiffness", "notch", "notch.normal.c"},
                 {"contact_stiffness", "dip", ""},
                 {"contact_gap", "notch", ""}};
-    /* other than these: a point that turns while it touches, that lies beside, whose gap is seen; a
+    /* other than these: a point that turns while it touches; a point beside; a measured gap; a
      * length of a line does nothing */
     static const char *const gone[] = {"dip.line.z",       "dip.line.x", "string.height",
                                        "notch.friction.A", "key.mass",   "key.rear.z"};

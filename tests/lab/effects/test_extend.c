@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_extend.c - the extended file: whatever the cause, it is a mechanism file that says what the
- * diagnosis said, in its place, with everything else as it was.
+ * test_extend.c - the extended file: for every cause it is a mechanism file with the numbers of the
+ * diagnosis in their places, and everything else unchanged.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -94,7 +94,7 @@ static lab_candidate find(const lab_candidate *list, int n, const char *kind, co
     return list[0];
 }
 
-/* what the file must say: fitted values, then the candidate with its numbers */
+/* expected text of the file: fitted values, then the candidate with its numbers */
 static double *meant(const lab_candidate *bound, const lab_suspect *s, const lab_model *model)
 {
     const stein_model *m = lab_equations(model);
@@ -404,7 +404,7 @@ static lab__yaml_edit *open_up(const char *text)
     return s;
 }
 
-/* the edit is done: `from` has become `to` in the text and the rest is as it was */
+/* the edit is done: `from` has become `to` in the text and the rest is unchanged */
 static void closed_up(lab__yaml_edit *s, const char *text, const char *from, const char *to)
 {
     char *out = NULL;

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_fit.c - the fit finds what is in the data, says how well, and says when it does not.
+ * test_fit.c - the fit finds the numbers in the data, with their uncertainty, and reports when it
+ * does not.
  */
 #include <signal.h>
 #include <sys/wait.h>
@@ -111,7 +112,7 @@ START_TEST(the_ladder_leads_out_of_a_false_minimum)
 }
 END_TEST
 
-/* everything that a fit says about its free parameters, bit for bit */
+/* all results of a fit about its free parameters, bit for bit */
 static int is_same(const lab_fit *a, const lab_fit *b)
 {
     int same = a->nvalue == b->nvalue && a->status == b->status && a->chi2 == b->chi2;
@@ -177,7 +178,7 @@ END_TEST
 
 START_TEST(what_the_data_cannot_tell_apart_is_named)
 {
-    // the angle knows only damping over mass: the inertia comes from the frequency
+    // the angle depends only on damping over mass: the inertia comes from the frequency
     static const char *const names[] = {"rod.mass", "rod.damping", "rod.tip.x", NULL};
     static const char *const set[] = {"rod.mass=213 g +- 20 g", "rod.tip.x=1 mm", NULL};
     static const char *const profile[] = {"rod.damping"};
@@ -194,7 +195,7 @@ START_TEST(what_the_data_cannot_tell_apart_is_named)
     ck_assert_int_eq(f.fit->pair[0].b, 1);
     ck_assert(f.fit->pair[0].correlation > 0.999);
     ck_assert_close(fabs(f.fit->weakest[0]), 0.95, 0.1,
-                    0.0); // mostly the one with the narrower prior
+                    0.0); // mostly the number with the narrower prior
     ck_assert(f.fit->value[2].unseen && !f.fit->value[0].unseen && !f.fit->value[1].unseen);
     ck_assert(isinf(f.fit->value[2].data_sd));
     // the prior of the mass bounds both: 20 g of 213 g are 9.4 %
@@ -281,14 +282,14 @@ START_TEST(an_initial_state_that_nobody_states_is_found)
     ck_assert_str_eq(s->value[0].name, "initial position rod");
     ck_assert_close(s->value[0].value, 0.44 - acos(-1.0) / 6.0, 0.0, 4.0 * s->value[0].sd);
     ck_assert_close(s->value[1].value, -0.7, 0.0, 4.0 * s->value[1].sd);
-    // nobody stated the noise either: the residual did
+    // the noise is not stated either: the residual did
     ck_assert(!f.fit->noise_given);
     ck_assert_close(f.fit->residual[0].noise, 2e-3, 0.15, 0.0);
     drop(&f);
 }
 END_TEST
 
-/* ---- instruments whose time is wrong ---- */
+/* ---- instruments with a wrong time ---- */
 
 /* a swing at a height that is known, seen twice */
 static film watched(unsigned long long seed)
@@ -302,7 +303,7 @@ static film watched(unsigned long long seed)
 
 START_TEST(a_time_base_that_is_wrong_by_1_percent_is_found)
 {
-    // the damping tells the time, the frequency alone would not
+    // the damping determines the time, the frequency alone would not
     static const char *const names[] = {"clock.error", "rod.damping", NULL};
     static const char *const set[] = {"rod.pendulum.frequency=1.1 Hz", NULL};
     for (int sign = -1; sign <= 1; sign += 2) {

@@ -2,7 +2,7 @@
  * test_initial.c - initial states come from the records, and what keeps a record from beginning as
  * the model moves is named.
  *
- * The records begin in mid-motion; the mechanism's file only knows where its own run begins.
+ * The records begin in mid-motion; the mechanism's file only states the start of its own run.
  */
 #include <math.h>
 
@@ -224,7 +224,7 @@ START_TEST(an_angle_that_jumps_by_whole_turns_is_followed_across)
 }
 END_TEST
 
-/* both as a tracker sees them, against the frame and within +-180 deg; the lower joint counts the
+/* both as measured by a tracker, against the frame and within +-180 deg; the lower joint counts the
  * other way */
 static const char bodies[] =
     "mechanism: bodies\n"
@@ -294,7 +294,7 @@ START_TEST(what_a_stroke_states_is_not_estimated)
     pose(&o, rod, data);
     ck_assert_ptr_null(unknown_of(&o, FIT__POSITION, 0));
     ck_assert_ptr_null(unknown_of(&o, FIT__SPEED, 0));
-    ck_assert(o.p.stroke[0].origin == 0.0); // the state is that of the trigger
+    ck_assert(o.p.stroke[0].origin == 0.0); // the state is the state at the trigger
     ck_assert_double_lt(fit__misfit(&o.p, &o.bench, 0, o.x, 1.8), 1.4);
     unpose(&o);
 }
@@ -377,7 +377,7 @@ END_TEST
 
 /* ---- set-ups that are wrong ---- */
 
-/* the arm as a file of its own, that tests change a word of */
+/* the arm as a separate file, in which tests change a word */
 static const char arm[] =
     "mechanism: arm\n"
     "gravity: [0, 0, -9.81 m/s^2]\n"
@@ -395,7 +395,7 @@ typedef struct slip {
     const char *was, *is;    /* in the mechanism's file */
     double a[2][2], zero[2]; /* recorded angles = a (true ones) + zero */
     const char *said;        /* NULL: nothing */
-    double slow;             /* recorded times are so much longer; 0: as they are */
+    double slow;             /* recorded times are so much longer; 0: unchanged */
 } slip;
 
 #define AS_IS        \

@@ -119,7 +119,7 @@ END_TEST
 
 /* ---- strokes of a fit ---- */
 
-/* what a fit asks for, by one number of lanes and threads */
+/* simulations of a fit, by one number of lanes and threads */
 typedef struct asked {
     double *r, *J;
     int failed;
@@ -215,7 +215,7 @@ START_TEST(strokes_of_a_fit_are_the_same_alone_and_side_by_side)
 }
 END_TEST
 
-/* a pendulum that is pushed, as it is written */
+/* a pushed pendulum, unchanged */
 static const char *pushed(const char *name, double phase)
 {
     const char *path = in_folder(name);
@@ -328,7 +328,7 @@ typedef struct apart {
     double x[FITS][UNKNOWNS], objective[FITS];
 } apart;
 
-/* fit i is one of a single stroke, from a start of its own */
+/* fit i is a fit of a single stroke, from its own start */
 static stein_status fit_apart(void *ctx, int i, fit__pool *pool, stein_err *failed)
 {
     apart *a = ctx;

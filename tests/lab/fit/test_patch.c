@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * test_patch.c - numbers that are written into a mechanism file: only they change, in the unit and
- * the form that stands there; what has no place yet gets one; what cannot be written is told.
+ * the form that stands there; what has no place yet gets one; errors of writing are reported.
  */
 #include "fitting.h"
 #include "lab_support.h"
@@ -36,7 +36,7 @@ static char *whole_arm(void)
     return lab__text("%.*s%s%s", (int)(at - arm), arm, tip, at);
 }
 
-/* a text with numbers in it: `from` has become `to`, and nothing else is different */
+/* a text with numbers in it: `from` has become `to`; the rest is the same */
 static void patched(const char *text, const fit__number *number, int n, const char *from,
                     const char *to)
 {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * test_import.c - ROBOTRAN projects become mechanism files with the same M and c as mechanisms that
- * were written by hand; what is left out is told; files that are not in order are refused by place.
+ * were written by hand; omissions are reported; files that are not in order are refused by place.
  */
 #include "import_support.h"
 
@@ -196,7 +196,7 @@ START_TEST(cuts_are_loops_and_the_motion_is_that_of_the_file_written_by_hand)
         ck_assert_stein(stein_run(sim[0], 0.02 * (step + 1), err));
         ck_assert_stein(stein_run(sim[1], 0.02 * (step + 1), err));
     }
-    double before = stein_qdd(sim[0])[0]; // forces by name act where the project says
+    double before = stein_qdd(sim[0])[0]; // forces by name act at their places in the project
     ck_assert_stein(stein_drive(sim[0], "gust_x", constant, &force, err));
     ck_assert(fabs(stein_qdd(sim[0])[0] - before) > 0.1);
     for (int k = 0; k < 2; k++) {

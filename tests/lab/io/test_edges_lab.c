@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * test_edges_lab.c - what is read, at its edges: projects of other programs that are as large as
- * they can be, or empty; mechanisms that no file holds; rows that belong to no table; records whose
- * columns say nothing.
+ * they can be, or empty; mechanisms that no file holds; rows that belong to no table; records with
+ * columns without information.
  */
 #include "data_support.h"
 #include "gen.h"
@@ -130,7 +130,7 @@ static void keep_note(void *ctx, const char *message)
     snprintf(notes + n, sizeof notes - n, "%s\n", message);
 }
 
-/* names that are taken, those of C, signs that no name has; two that are the same in the end */
+/* duplicate names, names of C, characters that no name has; two that are the same in the end */
 START_TEST(names_of_a_project_become_names_of_a_file)
 {
     const char *path = write_file(
@@ -150,7 +150,7 @@ START_TEST(names_of_a_project_become_names_of_a_file)
     notes[0] = '\0';
     ck_assert_stein(
         lab_import(path, in_folder("names.yaml"), LAB_INERTIA_REFUSE, keep_note, NULL, &done, err));
-    ck_assert_str_eq(done.name, "imported"); // it says none
+    ck_assert_str_eq(done.name, "imported"); // it has none
     static const char *const told[] = {
         "body \"double\" is called double_ here", "body \"double_\" is called double__2 here",
         "joint \"2nd\" is called n2nd here", "joint \"2nd\" is called n2nd_2 here"};
@@ -178,7 +178,7 @@ static mech_step *first_parameter(mechanism *m)
     return NULL;
 }
 
-/* @return what the generator is to say of it */
+/* @return the expected message of the generator */
 static const char *spoil(mechanism *m, int what)
 {
     mech_body *b = &m->bodies[1];

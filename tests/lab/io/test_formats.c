@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_formats.c - records for NumPy and MATLAB, read back by readers of this file's own that know
- * the published formats and nothing of the writer.
+ * test_formats.c - records for NumPy and MATLAB, read back by readers in this file, which are
+ * written after the published formats.
  */
 #include <stdint.h>
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_curve.c - laws that are in no table: strokes are made with one, the diagnosis has to say
- * where it acts, as a function of what, and how, and write a mechanism that moves like that.
+ * test_curve.c - laws that are in no table: strokes are made with one. The diagnosis has to name
+ * its place, its argument and its values, and to write a mechanism that moves like it.
  */
 #include <math.h>
 
@@ -72,7 +72,7 @@ static double shear(double q, double qd)
     return q < 0.0 ? -300.0 * q * (1.0 - 0.2 * qd) * 0.25 * exp(-u * u) : 0.0;
 }
 
-/* nothing that a state knows */
+/* no function of a state */
 static double shaken(double t)
 {
     return 1e-2 * sin(19.0 * t) * sin(3.3 * t);
@@ -92,7 +92,7 @@ typedef struct case_t {
     lab_diagnosis *d;
 } case_t;
 
-/* one swing or fall from a height of its own, on film */
+/* one swing or fall from its own height, on film */
 static void make_stroke(case_t *c, int s, law_fn *law, unsigned long long *seed)
 {
     const stein_model *m = lab_equations(c->model);
@@ -332,7 +332,7 @@ START_TEST(strokes_scatter_by_what_a_law_leaves)
 }
 END_TEST
 
-/* a brake that bites at one speed, and harder on one side: no state alone knows it all */
+/* a brake that bites at one speed, and harder on one side: no single state explains it all */
 static double squeal_aside(double q, double qd)
 {
     return squeal(q, qd) * (1.0 + 0.5 * tanh(4.0 * q));
@@ -350,7 +350,7 @@ START_TEST(what_one_state_nearly_explains_is_not_said_to_be_its_law)
     ck_assert_double_gt(l->share, 0.4); // friction that differs takes part of it
     ck_assert_double_gt(l->chi2_dof, 1.1);
     for (int i = 1; i < c.d->nlaw;
-         i++) { // none of them is right: held-out strokes say which is first
+         i++) { // none of them is right: held-out strokes decide which is first
         ck_assert(!(c.d->law[i].held_out < l->held_out));
     }
     ck_assert_ptr_nonnull(strstr(c.d->reason, "o state function of those tried explains the rest"));

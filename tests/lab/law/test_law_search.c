@@ -296,7 +296,7 @@ START_TEST(normal_equations_of_strokes_own_numbers_alone_have_a_solution)
 }
 END_TEST
 
-/* a pendulum with a spring whose stiffness is asked for, as its damping is */
+/* a pendulum with a spring of unknown stiffness and unknown damping */
 static const char *sprung(void)
 {
     static const char spring[] = "    spring: {k: 0.02 N m/rad +- 5 %, theta0: 0.5 rad}\n"
@@ -387,7 +387,7 @@ START_TEST(what_a_spring_does_is_what_a_curve_does_exactly)
 }
 END_TEST
 
-/* What data say that see a law by its integral up to each point, with noise: M, c. */
+/* Data that show the integral of a law up to each point, with noise: M, c. */
 static void measure(const diag__site *s, const double *truth, unsigned long long *seed,
                     diag__reduced *q)
 {
@@ -407,7 +407,7 @@ static void measure(const diag__site *s, const double *truth, unsigned long long
     }
 }
 
-/* share of the points whose truth is in the band about f */
+/* share of the points with the truth in the band about f */
 static double covered(const diag__reduced *q, const double *truth)
 {
     int inside = 0;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * test_lab.c - the laboratory: equations from files, and strokes.
  *
- * Every test has a cache folder of its own; equations are kept from being built in by a structure
+ * Every test has its own cache folder; equations are kept from being built in by a structure
  * no model of the library has.
  */
 #define CACHE_OF_ITS_OWN
@@ -148,7 +148,7 @@ START_TEST(other_equations_are_compiled_once_and_then_need_no_compiler)
 }
 END_TEST
 
-/* a compiler that knows nothing of lanes */
+/* a compiler without vector types */
 static const char *plain_compiler(void)
 {
     return write_program("cc", "#!/bin/sh\n"

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_page_text.c - a page as text, with a compiler that is a script: what of a mechanism is
- * written into it, when its module is compiled, and what is told when that fails. What it does in
- * a browser is tested by test_page.sh.
+ * test_page_text.c - a page as text, with a compiler that is a script: its description of a
+ * mechanism, the compilation of its module, and the messages of a failure. What it does in a
+ * browser is tested by test_page.sh.
  */
 #include "lab_support.h"
 

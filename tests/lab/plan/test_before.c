@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_before.c - before anything is measured: statements of matrices written by hand; what is said
- * of a pendulum holds in a diagnosis of records as they were meant.
+ * test_before.c - before anything is measured: statements of matrices written by hand; the
+ * statements about a pendulum hold in a diagnosis of such records.
  */
 #include <math.h>
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_plan.c - the next experiment: odds are those of dense algebra, two drags that strokes at one
- * angle cannot tell apart are told apart by the stroke that is proposed, whichever is there.
+ * test_plan.c - the next experiment: odds agree with dense algebra. Two drags that strokes at one
+ * angle cannot separate are separated by the proposed stroke, whichever is true.
  */
 #include <gsl/gsl_blas.h>
 #include <gsl/gsl_linalg.h>
@@ -99,7 +99,7 @@ START_TEST(odds_of_draws_are_those_of_dense_algebra)
     ck_assert_close(e.odds, expected, 0.1, 0.1);
     ck_assert(e.odds_worst < e.odds);
     ck_assert_int_gt(e.repeats, 1);
-    lab_experiment of_four = e; // nobody of four may be left, nine times of ten
+    lab_experiment of_four = e; // none of four may be left, nine times of ten
     ck_assert_stein(plan__odds(&pair, use, 2.0 * log(100.0), 64, 4, &of_four, err));
     ck_assert(of_four.odds == e.odds);
     ck_assert(of_four.odds_worst < e.odds_worst);
@@ -121,7 +121,7 @@ START_TEST(what_cannot_be_predicted_tells_nothing)
     lab_experiment e[3];
     make_views(Y, P, Z, v);
     for (int k = 0; k < 3; k++) {
-        v[0].until = k == 0 ? ROWS : ROWS / 2; // of both models the one that ends earlier
+        v[0].until = k == 0 ? ROWS : ROWS / 2; // the earlier end of both models
         for (int i = ROWS / 2; k == 2 && i < ROWS; i++) {
             Y[0][i] += 1e3;
         }
@@ -156,8 +156,8 @@ START_TEST(models_that_predict_the_same_are_never_told_apart)
 }
 END_TEST
 
-/* Two models that differ by 1 % in what a number of the file does, of hundreds of noises, and in
- * nothing else; then the same of a number of their effects. */
+/* Two models that differ only in the effect of one number of the file: by 1 % of hundreds of
+ * noises; then the same of a number of their effects. */
 START_TEST(what_a_number_of_the_file_does_is_the_same_in_both)
 {
     static double Y[ROWS], D[2][ROWS], Z[ROWS], one[] = {1.0};
@@ -251,9 +251,9 @@ START_TEST(the_proposed_stroke_tells_two_drags_apart)
     ck_assert_int_eq(best.nset, 1);
     ck_assert_str_eq(best.set[0].name, "wheel.initial.position");
     ck_assert(best.set[0].value != 0.2);
-    ck_assert_int_eq(best.repeats, 2); // one would tell
+    ck_assert_int_eq(best.repeats, 2); // one would be enough
     ck_assert(same->repeats == 0 || same->repeats > 8);
-    ck_assert_ptr_nonnull(r.d->next); // the diagnosis says it, too
+    ck_assert_ptr_nonnull(r.d->next); // the diagnosis states it, too
     ck_assert_str_eq(r.d->next->name, best.name);
     lab_plan_destroy(plan);
     rotor_free(&r);
@@ -270,8 +270,8 @@ START_TEST(the_proposed_stroke_tells_two_drags_apart)
 }
 END_TEST
 
-/* 2 ln odds between a suspect and itself with all numbers `far` standard deviations away along what
- * its first one is correlated with; straight 1: seen along derivatives only */
+/* 2 ln odds between a candidate and itself with all numbers `far` standard deviations away, along
+ * the correlation with its first number; straight 1: seen along derivatives only */
 static double odds_of_itself(const rotor *r, plan__reference *b, const lab_experiment *e,
                              double far, int straight)
 {
@@ -365,7 +365,7 @@ static int are_same(const lab_experiment *a, const lab_experiment *b)
 
 /* ---- an instrument by itself ---- */
 
-/* A scale whose gain is off by a +- s against one that is right: with u = c'y/|c|, c what the 11
+/* A scale with a gain that is off by a +- s, against a correct one: with u = c'y/|c|, c what the 11
  * readings show of the gain beside an unknown zero, u is N(a |c|, 1 + s^2 |c|^2) or N(0, 1). */
 START_TEST(readings_of_a_check_tell_what_a_scale_tells)
 {
@@ -480,8 +480,8 @@ START_TEST(readings_of_a_felt_and_of_a_length_are_those_of_the_file_and_more)
 }
 END_TEST
 
-/* An instrument and what it is not: the plan asks to look at it, and what is then stated settles
- * it, whichever is there. */
+/* An instrument and what it is not: the plan proposes to check it, and the stated result decides,
+ * whichever is true. */
 START_TEST(a_check_of_the_instrument_settles_it)
 {
     static const char *const there[] = {"angle.sensor.gain=1.02", "wheel.preload=3.3e-3 N m"};
@@ -558,8 +558,8 @@ static int is_left(const rotor *r, const char *who)
     return s - r->d->suspect < r->d->ncause + r->d->nrival;
 }
 
-/* A wire, a stiffer spring and others: the plan offers a stroke without a wire, and one tells
- * whether it was a wire. Where nobody ever played with it nothing can be said of it. */
+/* A wire, a stiffer spring and others: the plan offers a stroke without a wire, and one such stroke
+ * decides whether it was a wire. Without a stroke with a wire nothing is known about it. */
 START_TEST(what_comes_off_is_taken_off)
 {
     static const char *const there[] = {"wheel_wire.k=24 N/m", "wheel.spring.k=0.87 N m/rad"};

@@ -187,7 +187,7 @@ START_TEST(a_stroke_to_be_made_has_its_input_and_every_channel_to_be_measured)
     ck_assert_stein(lab__read_file(path, &text, &size, err));
     ck_assert_msg(strncmp(text, head, strlen(head)) == 0, "%.500s", text);
     free(text);
-    // nothing is driven, nothing else is measured
+    // nothing is driven, no further channel is measured
     e.input[0] = e.channel[0] = '\0';
     e.nset = 0;
     ck_assert_stein(lab_plan_stroke(path, &e, 0, "models/pendulum.yaml", model, d, NULL, err));

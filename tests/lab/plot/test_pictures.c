@@ -6,7 +6,7 @@
 
 static char *path_before;
 
-/* a gnuplot that keeps its script as `script` and draws a line, or does what `instead` says */
+/* a gnuplot that keeps its script as `script` and draws a line, or executes `instead` */
 static void put_gnuplot(const char *instead)
 {
     char *text =

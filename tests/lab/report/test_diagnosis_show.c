@@ -202,7 +202,7 @@ END_TEST
 
 /* ---- departures ---- */
 
-/* noise that remembers, different in every stroke by a constant, and what is alike in all */
+/* correlated noise, a constant that differs in every stroke, and a part common to all */
 static void fill_residual(const fit__problem *p, double *r, double memory, double scatter,
                           double alike, unsigned long long *seed)
 {

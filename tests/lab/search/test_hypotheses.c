@@ -267,7 +267,7 @@ START_TEST(an_amount_is_possible_within_its_sign_and_size)
     ck_assert(!diag__thinkable(&w.candidate[COULOMB], 0.0));
     ck_assert(diag__thinkable(&w.candidate[PRELOAD], -0.5));
     ck_assert(!diag__thinkable(&w.candidate[PRELOAD], 3.5));
-    ck_assert(diag__thinkable(&w.candidate[CLOCK], 3.5)); // gravity and lengths say so, too
+    ck_assert(diag__thinkable(&w.candidate[CLOCK], 3.5)); // gravity and lengths are its aliases
     ck_assert(!diag__thinkable(&w.candidate[PRELOAD], NAN));
 }
 END_TEST
@@ -300,8 +300,8 @@ typedef struct model {
     const char *unseen[KINDS];
 } model;
 
-/* columns of these candidates, each as long as `size`, alike by `likeness`; the residual is that of
- * the true amounts. The first `own` are those of the row. */
+/* columns of these candidates, each as long as `size`, alike by `likeness`; the residual belongs to
+ * the true amounts. The first `own` belong to the row. */
 static void make_model(model *m, const diag__row *row, int own, int n, const int *cause,
                        double size, const double *likeness, const double *truth)
 {
@@ -390,12 +390,13 @@ START_TEST(a_free_linear_model_expects_the_gain_of_all_records)
     ck_assert_double_eq_tol(diag__expected(&m.l, more, 2, amount, gain),
                             2000.0 - 3.0 * (gain - has), 1e-9);
     diag__linear_gain(&m.l, own, 1, amount);
-    ck_assert_double_eq_tol(diag__expected(&m.l, own, 1, amount, has), 2000.0, 1e-9); // as it is
+    ck_assert_double_eq_tol(diag__expected(&m.l, own, 1, amount, has), 2000.0, 1e-9); // unchanged
     diag__table_free(&w.t);
 }
 END_TEST
 
-/* with the observer the linear model says which share of the misfit goes, not how much */
+/* with the observer the linear model gives the share of the misfit that is explained, not the
+ * amount */
 START_TEST(a_held_linear_model_expects_no_less_than_noise)
 {
     world w;

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * test_search.c - diagnoses of the swings of a pendulum: an effect of a hundred noises is found;
  * two effects hidden at once are both found, one is not called two; numbers out of their tolerances
- * are told; a step that is too coarse is told, and is no physics. The search ends where its budget
- * does, reads no record that reports, and does not depend on how many threads it has.
+ * are told; a step that is too coarse is reported, and is no physical effect. The search ends where
+ * its budget does, reads no record that reports, and does not depend on how many threads it has.
  */
 #include <string.h>
 
@@ -123,7 +123,7 @@ static const char lever[] =
     "outputs: {key_dip: {point: key.front, read: z, sign: -1, zero: rest}}\n"
     "simulation: {dt: 20 us, until: 0.15 s}\n";
 
-/* the lever whose felt lies on a board that gives way, in a file of its own */
+/* the lever with a felt on a board that gives way, in a separate file */
 static void on_a_board(char path[200], const char *file, double compliance)
 {
     lab_model *model = NULL;
@@ -245,8 +245,8 @@ START_TEST(one_effect_is_not_called_two)
 }
 END_TEST
 
-/* Two channels of records that began nobody knows when, one of them late: that the other one is
- * ahead says the same, and is no sensor. */
+/* Two channels of records with an unknown start, one of them late: the other one being early is the
+ * same, and is no error of a sensor. */
 START_TEST(of_two_channels_the_late_one_is_named)
 {
     static const char *const channels[] = {"angle rate", "rate angle"}, *const late[] = {"rate",
@@ -284,7 +284,7 @@ START_TEST(of_two_channels_the_late_one_is_named)
 }
 END_TEST
 
-/* the file with another line in the place of the one that begins so */
+/* the file with another line in the place of the line that begins so */
 static void with_line(const char *path, const char *begins, const char *instead)
 {
     char line[300];
@@ -301,8 +301,8 @@ static void with_line(const char *path, const char *begins, const char *instead)
     ck_assert_int_eq(found, 1);
 }
 
-/* the diagnosis of swings whose friction is `mean` times that of the file, and differs from swing
- * to swing by 1 % */
+/* the diagnosis of swings with `mean` times the file's friction, which differs from swing to swing
+ * by 1 % */
 static lab_diagnosis *with_mean(double mean, fitted *f)
 {
     static char path[200];
@@ -461,7 +461,7 @@ static int same_bits(double a, double b)
     return memcmp(&a, &b, sizeof a) == 0;
 }
 
-/* what two diagnoses say of the records that were fitted is the same to the last bit */
+/* results of two diagnoses about the fitted records have the same bits */
 static void ck_assert_same(const lab_diagnosis *a, const lab_diagnosis *b)
 {
     ck_assert_int_eq(a->verdict, b->verdict);
@@ -493,7 +493,7 @@ static void ck_assert_same(const lab_diagnosis *a, const lab_diagnosis *b)
 
 static const char *const lossy[] = {"rod.coulomb.T=2 mN m", NULL};
 
-/* swings of which those that report are those of another pendulum */
+/* swings with reporting records of another pendulum */
 static void open_reporting(fitted *f, const char *const *elsewhere, unsigned long long seed)
 {
     const char *data[SWINGS + 1] = {NULL};

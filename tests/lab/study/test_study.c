@@ -244,7 +244,7 @@ START_TEST(sensitivities_predict_what_a_changed_parameter_does)
     }
     ck_assert_msg(n > 90 && agree >= n - n / 20, "%d of %d", agree, n);
 
-    // until it escapes the hammer knows nothing of the string
+    // until it escapes the hammer does not depend on the string
     const study_slope *string = slope_of(slope, n, "string.height");
     ck_assert_close(string->slope[0], string->unit, 1e-6, 0.0);
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_sweep.c - sweeps: what --vary means, that a journal never loses or invents a result, and
- * that threads, shards and interruptions leave no trace in the table.
+ * test_sweep.c - sweeps: the meaning of --vary; a journal never drops or invents a result; threads,
+ * shards and interruptions do not change the table.
  */
 #include "lab_support.h"
 #include "suites.h"
@@ -320,7 +320,7 @@ START_TEST(controlled_steps_keep_the_tolerance_that_is_told)
         double height, time, force; /* they may be off by [m], [s], [N] */
     } row[] = {{"string_distance=10 um", 1e-5, 1e-5, 2e-2},
                {"string_distance=1um", 1e-6, 1e-6, 2e-3},
-               {NULL, 1e-7, 1e-7, 1e-3}, // what the file tells
+               {NULL, 1e-7, 1e-7, 1e-3}, // the file's tolerance
                {"string_distance=0.03um", 3e-8, 3e-8, 3e-4}};
     setting s;
     set_up(&s);

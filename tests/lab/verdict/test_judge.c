@@ -389,7 +389,7 @@ START_TEST(a_cause_whose_interval_contains_0_is_not_named)
 }
 END_TEST
 
-/* numbers beside an amount that are hardly known make its derivative say little */
+/* uncertain numbers beside an amount make its derivative uncertain */
 START_TEST(an_interval_that_contains_0_gives_way_to_the_ratio_of_likelihoods)
 {
     for (int i = 0; i < 2; i++) {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_motion_check.c - the motion-driven check: forces under a measured motion support what is
- * right, depart where it is wrong, and say so where they cannot tell.
+ * test_motion_check.c - the motion-driven check: forces under a measured motion support a correct
+ * model, contradict a wrong one, and are reported as undecided where noise hides the difference.
  *
  * The strokes are filmed by the independent program (tests/reality). What is fitted here is little,
  * so that each model's best is quickly found: two inertias, the effect, the strokes' own.
@@ -50,7 +50,7 @@ static void fit_model(models *m, int i, const lab_candidate *effect)
     m->side[i] = (diag__side){p, x, x + 3 * nu};
 }
 
-/* both models fitted, m->def says how, and the check of them; kind NULL: nothing is added */
+/* both models fitted (by m->def), and the check of them; kind NULL: nothing is added */
 static void fit_and_ask(models *m, const char *kind, const char *place, lab_verdict verdict)
 {
     fit_model(m, 0, NULL);

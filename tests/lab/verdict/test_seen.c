@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_seen.c - could it have been seen? What the diagnosis says of an effect that is not there
- * holds when it is put there.
+ * test_seen.c - could it have been seen? Detectability of an absent effect is confirmed by adding
+ * the effect.
  */
 #include "rotor_support.h"
 
