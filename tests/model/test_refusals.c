@@ -461,7 +461,7 @@ START_TEST(an_inertia_that_no_body_can_have_is_refused)
     judge_inertia("  a: {joint: R y, mass: 1, centre: [0.1, 0, 0], pendulum: {frequency: 2 Hz}}\n",
                   "{frequency", "negative"); /* faster than a point mass at that distance */
     judge_inertia("  a: {joint: R y, mass: 1, pendulum: {frequency: 1}}\n", "{frequency",
-                  "centre lies on its joint");
+                  "its centre on its joint");
     judge_inertia("  a: {joint: R x, mass: 1, centre: [0, 1, 0], pendulum: {frequency: 0.1}}\n",
                   "pendulum", "needs a joint about y");
     judge_inertia("  a: {joint: R y, mass: 1, inertia: {yy: 1}, pendulum: {frequency: 1}}\n",
