@@ -130,7 +130,8 @@ const Page = (() => {
                  pushes: model.inputs.map((k, i) => (held[i] && !seen ? touch : 0)),
                  named: asleep || !seenMove || paused });
     traces.draw(engine.trace(), model.until, s.values,
-                { frozen: replay.frozen, measured, opened: replay.opened(), at: seen ? seen.t : null });
+                { frozen: replay.frozen, measured, samples: replay.samples(), opened: replay.opened(),
+                  at: seen ? seen.t : null });
     strokes.draw();
     showScrub();
     $("state").textContent = seenMove ? describeState(s.phase) : hint();

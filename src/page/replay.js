@@ -30,6 +30,7 @@ const Replay = (() => {
                        load: engine.loadPresent(), phase: engine.phase(),
                        values: engine.channels().slice() });
       },
+      samples: () => samples,
       length: () => samples.length,
       sample: (i) => samples[Math.min(i, samples.length - 1)],
       opened: () => (samples.length > 0 ? samples[0].t : engine.time()),

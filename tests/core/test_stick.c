@@ -561,7 +561,7 @@ START_TEST(files_say_yes_or_no_and_where_it_can_stick)
         {"friction: {A: 1 N, stick: no}}}\n", "lacks \"vt\""},
         {"friction: {A: 1 N, vt: 1 m/s, sticks: yes}}}\n", "sticks"},
         {"}}\nload: {mass: 1 kg, on: b.c, normal: {c: 1 N/m}, friction: {A: 1, stick: yes}}\n",
-         "the friction of the load does not stick"},
+         "the friction of the load cannot stick"},
     };
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         char text[600];

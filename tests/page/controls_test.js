@@ -80,6 +80,12 @@ async function again(b) {
     const d = c.getContext("2d").getImageData(0, 0, c.width, c.height - 20).data, n = new Map();
     for (let k = 0; k < d.length; k += 4) if (Math.abs(d[k] - r) + Math.abs(d[k + 1] - g) + Math.abs(d[k + 2] - b) < 8 && d[k + 3] > 200) { const x = k / 4 % c.width; n.set(x, (n.get(x) || 0) + 1); }
     return [...n.values()].some((v) => v > 0.6 * c.height); })()`));
+  const coloured = await b.evaluate(`(() => { const i = document.createElement("i"); i.style.color = "var(--tone0)"; document.body.append(i);
+    const [r, g, b] = getComputedStyle(i).color.match(/\\d+/g).map(Number), c = document.getElementById("traces"); i.remove();
+    const d = c.getContext("2d").getImageData(0, 0, c.width / 2, c.height).data; let n = 0;
+    for (let k = 0; k < d.length; k += 4) n += Math.abs(d[k] - r) + Math.abs(d[k + 1] - g) + Math.abs(d[k + 2] - b) < 30;
+    return n; })()`);
+  claim("a stroke has its curves from its beginning, also when the trace has gone on", coloured > 100, coloured);
   claim("and stays where it was put", await b.evaluate(`document.getElementById("scrub").value`) === "160");
   const strokes = await b.evaluate("Page.strokes().list.length");
   await b.evaluate("document.activeElement.blur()");
