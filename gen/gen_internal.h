@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * gen_internal.h - what the generator's back end shares: functions, the layout of d, text output.
+ * gen_internal.h - shared by the generator's back end: functions, the layout of d, text output.
  * Included by: this folder.
  */
 #ifndef GEN_INTERNAL_H
@@ -124,7 +124,7 @@ void emit_func(text *x, const tree *t, const layout *l, const func *f, const emi
 
 /* solve.c: M x = b as a separate function, for trees that are not too large */
 int emit_solves(const tree *t);
-/** What M x = b costs, with any solver. */
+/** Operations of M x = b, with any solver. */
 stein_ops solve_ops(const tree *t);
 void emit_solve(text *x, const tree *t);
 

@@ -4,7 +4,7 @@
  *
  * M, the kinetic energy and the Jacobians of points have a number for every joint and every one
  * below it. In long branches that is text which compilers take minutes for, and none of it is in a
- * step, as qdd comes from articulated bodies (articulated.c). So what is emitted grows with n, and
+ * step, as qdd comes from articulated bodies (articulated.c). So the emitted text grows with n, and
  * loops do the rest:
  *
  *      M a       by the recursion of dyn.c with om = 0 and without gravity; its columns are M

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * printer.h - what the files that print functions share: emit.c, function.c.
+ * printer.h - shared by the files that print functions: emit.c, function.c.
  * Included by: this folder.
  */
 #ifndef PRINTER_H

@@ -147,7 +147,7 @@ static ex surplus(ex_graph *g, rbody *b, int e, int f, int h)
     return ex_mul(g, ex_num(g, 0.5), sum);
 }
 
-/** Hand to the parent what the joint cannot feel. */
+/** Move to the parent the inertia that does not act on the joint. */
 static void hand_up(tree *t, int i, ex *mass, vec *first, sym *inertia)
 {
     ex_graph *g = t->setup;

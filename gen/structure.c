@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * structure.c - what the equations of a mechanism are made of, as a hash.
+ * structure.c - hash of all data that the equations of a mechanism depend on.
  *
  * Equal structure, equal equations: with the equations of one mechanism, equal equations of another
  * one are recognised without generating them. Everything counts but
@@ -161,8 +161,8 @@ static void laws(hash *h, const mechanism *m)
     }
 }
 
-/* none leave no trace: what there was before there were limits, armatures, sticking, balls and
- * loops has the hash it had */
+/* none leave no trace: mechanisms without limits, armatures, sticking, balls and loops keep their
+ * older hash */
 static void limits_and_loops(hash *h, const mechanism *m)
 {
     for (int i = 0; i < m->nbody; i++) {

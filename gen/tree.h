@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * tree.h - what the generator's passes share: the tree with recombined parameters, symbolic
+ * tree.h - shared by the generator's passes: the tree with recombined parameters, symbolic
  * vectors, frames, and the functions that are to be emitted.
  *
  * Body -1 is the fixed frame. Bodies are 0-based here and in all arrays; symbols in the emitted

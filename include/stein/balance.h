@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * balance.h - where the energy of a motion comes from and goes to, worked out while it goes on.
  *
- *      E(t) - E(0) = work of inputs + work of laws + what the steps add or take by their errors
+ *      E(t) - E(0) = work of inputs + work of laws + error of the steps
  *
  * E is kinetic energy and potential energy of gravity (stein_energy). The power of every force is
  * integrated over each step by Gauss's rule with three nodes on the step's dense output (order 6, 4
@@ -43,7 +43,7 @@ stein_status stein_balance_attach(stein_balance *b, stein_sim *sim, stein_err *e
 typedef struct stein_energy_total {
     double begin, now;  /* E when it was attached, and after the last step */
     double inputs;      /* work of forces and prescribed motions of all inputs */
-    double dissipated;  /* by all laws, mostly > 0: less than 0 where a law brings energy */
+    double dissipated;  /* by all laws, mostly > 0: less than 0 where a law adds energy */
     double stored;      /* in springs, links and contacts, against E when it was attached */
     double other;       /* work of force hooks, and of laws without a count of their own */
     double taken;       /* out of the mechanism between steps: a load lifted, a state set */
@@ -53,7 +53,8 @@ typedef struct stein_energy_total {
 } stein_energy_total;
 void stein_balance_total(const stein_balance *b, stein_energy_total *total);
 
-/** What did the work, with the number of elements: inputs [ninput]; damping and friction of joints
+/** Kind of an element that does work, with the number of elements: inputs [ninput]; damping and
+ * friction of joints
  *  [nq]; contacts and notches, along the normal and by friction [ncontact + nnotch]; damping of
  * links [nlink]. */
 typedef enum {

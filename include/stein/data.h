@@ -162,7 +162,7 @@ typedef struct lab_span {
     double from, to;
 } lab_span;
 
-/** What the noise of a channel was estimated from. */
+/** Source of the noise estimate of a channel. */
 typedef enum {
     LAB_NOISE_REST,   /* the scatter while nothing moves */
     LAB_NOISE_MOTION, /* residual of a smooth motion */
@@ -210,7 +210,7 @@ typedef struct lab_audit {
     double motion, motion_error; /* first motion of any of them [s], NAN when it is not seen */
     int trigger_fits;            /* 0: see the findings */
     int nfinding;
-    char **finding;             /* sentences: contradictions, and what limits a fit */
+    char **finding;             /* sentences: contradictions, and limits of a fit */
     lab_channel_audit *channel; /* [ncolumn] */
 } lab_audit;
 
@@ -245,7 +245,7 @@ stein_status lab_data_check_settings(const lab_dataset *data, const lab_model *m
 
 /* ---- suspicions: misread records ---- */
 
-/** What is suspected of a record. */
+/** Kind of a suspicion. */
 typedef enum {
     LAB_DOUBT_SCALE,   /* a column, or all of one unit, in another unit than stated */
     LAB_DOUBT_SIGN,    /* a column has the opposite sign of the model */

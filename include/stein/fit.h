@@ -16,7 +16,7 @@
 extern "C" {
 #endif
 
-/** What the search came to. */
+/** Result of the search. */
 typedef enum {
     LAB_FIT_CONVERGED, /* one minimum, found again from other starts, as good as the noise allows */
     LAB_FIT_MISFIT,    /* one minimum, found again, but the residual is more than noise */

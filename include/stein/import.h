@@ -10,12 +10,12 @@
 extern "C" {
 #endif
 
-/** What was read, and how much of it was left out. */
+/** Counts of imported and omitted elements. */
 typedef struct lab_imported {
     char name[33];              /* of the mechanism */
     int bodies, joints, points; /* of the file; a body with several joints becomes several bodies */
     int loops;                  /* cuts, links and couplings */
-    int left_out;               /* messages to `report` of what is left out or changed */
+    int left_out;               /* messages to `report` about omissions and changes */
 } lab_imported;
 
 /** Treatment of an inertia that no body can have (a principal moment above the sum of the other
@@ -41,10 +41,10 @@ typedef enum { LAB_INERTIA_REFUSE, LAB_INERTIA_ACCEPT, LAB_INERTIA_BALANCE } lab
  * geoms (solids; not meshes), joints of all types with range, damping, stiffness, frictionloss,
  * default classes, equalities connect, weld and joint, actuators of joints as torques.
  *
- *  What a mechanism file cannot carry is reported piece by piece and listed at the head of the file
- *  that is written: laws in code of the project, orientations of sensors, meshes.
+ *  Elements without an equivalent are reported one by one and listed at the head of the written
+ *  file: laws in code of the project, orientations of sensors, meshes.
  *  @param to      the mechanism file, or "-"
- *  @param report  is called with what is left out or changed, and with warnings; may be NULL
+ *  @param report  is called with omissions, changes and warnings; may be NULL
  *  @param done    out, may be NULL; untouched on failure
  *  @return OK; EIO; EPARSE: "file:line:column: what, expected what"; ENOMEM. A file with impossible
  *          numbers, such as a refused inertia, is written all the same, and EPARSE names its line

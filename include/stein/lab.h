@@ -80,7 +80,7 @@ typedef enum {
 /** "struck", "missed_notch", "no_escapement", "no_impact". */
 const char *lab_outcome_text(lab_outcome outcome);
 
-/** What happened in one stroke [SI]. Times count from the release of the load, which is the initial
+/** Results of one stroke [SI]. Times count from the release of the load, which is the initial
  *  state of lab_strike. Without the event a time, height or speed is NAN. */
 typedef struct lab_stroke {
     lab_outcome outcome;
@@ -116,7 +116,7 @@ lab_stroke_def lab_stroke_def_default(const stein_model *model);
  *  only `rearmed` depends on it.
  *
  *  rearmed: with the load lifted (`release`), the beak is under the roof and overlaps it and the
- *  hammer is at rest at the end (below 0.5 rad/s against what carries it). Without a release it is
+ *  hammer is at rest at the end (below 0.5 rad/s relative to its parent). Without a release it is
  * found after the run: the load is lifted from the final state, and the motion continues for 0.5 s
  * or until rest (no coordinate faster than 1e-3 rad/s or m/s at four times 5 ms apart). Then the
  * final state is restored.
@@ -273,7 +273,7 @@ typedef struct lab_vary_def {
 } lab_vary_def;
 lab_vary_def lab_vary_def_default(const lab_model *model);
 
-/** What a sweep did. */
+/** Counts of a sweep. */
 typedef struct lab_vary_report {
     int computed, found; /* points computed now; found in the journal */
     int damaged;         /* lines of the journal that could not be read */
@@ -312,7 +312,7 @@ typedef struct lab_point {
     lab_stroke stroke; /* when status is OK */
 } lab_point;
 
-/** One published fact and what the simulation gives. */
+/** One published fact and the simulated value. */
 typedef struct lab_fact {
     const char *fact, *paper;
     char simulated[64];

@@ -4,7 +4,7 @@
  * A generated file exports exactly one symbol, `const stein_model stein_model_<name>`. It is pure
  * constant data plus pure functions: any number of simulations on any number of threads share it.
  *
- *      p  [np]  parameters, what a user sets by name (SI)
+ *      p [np] parameters, set by name (SI)
  *        |
  *        | setup()            once per parameter set: formulas of the file, recombined inertias,
  *        v                    and the numbers of every contact, law, spring and initial value
@@ -86,7 +86,7 @@ typedef long long stein_mask __attribute__((vector_size(8 * STEIN_LANES)));
 #define STEIN_SELDOM __attribute__((noinline, optimize("O0")))
 #endif
 
-/** What a parameter can be by its nature; each range lies within the one before it. */
+/** Physical range of a parameter; each range lies within the one before it. */
 typedef enum {
     STEIN_ANY,          /* any finite number */
     STEIN_NOT_NEGATIVE, /* 0 or more: masses, dampings, friction */
@@ -111,7 +111,7 @@ typedef struct stein_body {
     char type;  /* 'R' revolute, 'T' prismatic */
     char axis;  /* 'x', 'y', 'z' */
     int sign;   /* +1, or -1 for a joint about or along the negative axis */
-    int joint;  /* d index of a STEIN_JOINT block: what acts in the joint itself */
+    int joint;  /* d index of a STEIN_JOINT block: forces in the joint itself */
 } stein_body;
 
 /** A named point of a body, or of the fixed frame (body -1). */
@@ -351,7 +351,7 @@ typedef struct stein_input {
     int hold; /* MOTION: 1 = without a signal the joint is held at its initial value, 0 = free */
 } stein_input;
 
-/** What a stroke is made of: the string's contact and the notch (index, or -1). */
+/** Elements of a stroke: the string's contact and the notch (index, or -1). */
 typedef struct stein_stroke {
     int string, notch;
 } stein_stroke;
@@ -367,7 +367,7 @@ typedef struct stein_functions {
 } stein_functions;
 #if STEIN_LANES <= 1
 typedef struct stein_lanes stein_lanes;
-/* what a generated solve() does and returns where a pivot vanishes */
+/* action and result of a generated solve() where a pivot vanishes */
 typedef int stein_solved;
 #define STEIN_PIVOTS
 #define STEIN_PIVOT(is_good, joint) \

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * output.h - outputs of a mechanism: what a channel reads, reactions of joints and loops.
+ * output.h - outputs of a mechanism: readings of channels, reactions of joints and loops.
  *
  * A part of the descriptor, included by model.h; conventions are there.
  */

@@ -56,7 +56,7 @@ stein_status lab_plan_make(lab_plan **out, const char *file, const lab_model *mo
                            const lab_diagnosis *diagnosis, const lab_plan_def *def, stein_err *err);
 void lab_plan_destroy(lab_plan *plan);
 
-/** Read from diagnosis.json what a plan needs: verdict, causes and rivals with their numbers,
+/** Read the input of a plan from diagnosis.json: verdict, causes and rivals with their numbers,
  *  scatter, conditions. Other fields stay empty.
  *  @param model  of the diagnosis
  *  @return OK, EIO, EPARSE (file:line: field, expected value), ENOMEM */
@@ -114,7 +114,7 @@ typedef struct lab_before_cause {
     char why[LAB_PLAN_TEXT]; /* why it has no column; "" */
 } lab_before_cause;
 
-/** A possible addition, and what it changes. */
+/** A possible addition, and its effect. */
 typedef struct lab_before_help {
     char name[LAB_PLAN_TEXT], why[LAB_PLAN_TEXT];
     double cost;              /* in records: one more record is 1, another set-up 4 */
@@ -125,7 +125,7 @@ typedef struct lab_before_help {
     double most_finer;        /* its ratio */
 } lab_before_help;
 
-/** What planned records can show. */
+/** Detectability of causes in planned records. */
 typedef struct lab_before {
     int n;
     lab_before_cause *cause; /* [n] those with a column first */

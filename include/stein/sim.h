@@ -95,7 +95,7 @@ stein_status stein_run(stein_sim *sim, double t_end, stein_err *err);
 /** Called by stein_run_adaptive with the simulation in the state of the time asked for: it may be
  * read and saved, not changed. @return the next time to be called at [s]; INFINITY: no more */
 typedef double stein_look_fn(void *ctx, stein_sim *sim);
-/** How stein_run_adaptive steps, and where it is looked at. */
+/** Step control of stein_run_adaptive, and the times of its look function. */
 typedef struct stein_pace {
     double tolerance; /* of a step's error estimate, max over joints of |e_q| and h |e_qd|
                        * [rad or m], > 0 */
@@ -249,7 +249,7 @@ typedef struct stein_held {
  *  ESINGULAR */
 stein_status stein_stick_read(stein_sim *sim, int place, stein_held *held, stein_err *err);
 
-/* ---- inputs and forces of one's own ---- */
+/* ---- inputs and forces of the user ---- */
 
 /** A signal: u[0] value, u[1] first, u[2] second time derivative at t (only a prescribed motion
  *  needs the derivatives). Called at every derivative evaluation. */
@@ -257,7 +257,7 @@ typedef void stein_signal_fn(void *ctx, double t, double u[3]);
 /** Bind a signal to an input (NULL unbinds). @return OK, ENAME */
 stein_status stein_drive(stein_sim *sim, const char *input, stein_signal_fn *fn, void *ctx,
                          stein_err *err);
-/** Generalised forces of one's own: add to Q [nq] (N m or N). Called at every derivative evaluation
+/** Generalised forces of the user: add to Q [nq] (N m or N). Called at every derivative evaluation
  *  with t, q, qd [nq]; must not call back into the simulation. NULL unbinds. */
 typedef void stein_force_fn(void *ctx, double t, const double *q, const double *qd, double *Q);
 void stein_on_force(stein_sim *sim, stein_force_fn *fn, void *ctx);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * check.c - stein check: is the file in order, what is in it, what do its equations cost.
+ * check.c - stein check: problems and contents of a file, operations of its equations.
  */
 #include <string.h>
 
@@ -173,7 +173,7 @@ static int print_text(const checked *c, const cli_args *args)
     return code;
 }
 
-/* the records, which are what was asked for */
+/* the records alone */
 static int print_data(const checked *c, const cli_args *args)
 {
     print_title(c);
@@ -232,7 +232,7 @@ static const cli_option options[] = {
 
 const cli_command cli_check = {
     .name = "check",
-    .summary = "validate a mechanism file, show what is in it, and look at data",
+    .summary = "validate a mechanism file, show its contents, and audit data",
     .operands = "MODEL [DATA...]",
     .noperands = 1,
     .more = 1,

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * cli.h - what the commands of `stein` share. One file a command; only these files print or exit.
+ * cli.h - shared by the commands of `stein`. One file a command; only these files print or exit.
  *
  *   main.c        the table of commands       options.c   parsing, did you mean
  *   help.c        --help                      names.c     lists of names
@@ -27,7 +27,7 @@ typedef struct cli_option {
     const char *help;
 } cli_option;
 
-/** What every command understands, at the end of its table. */
+/** Common options, at the end of every table. */
 #define CLI_COMMON                                                                               \
     {"set", 0, "NAME=VALUE[unit]",                                                               \
      "Override a number of the file, e.g. --set pawl.stop_shift=-0.3mm. Repeatable. A number\n"  \
@@ -78,7 +78,7 @@ extern const cli_command *const cli_commands[];
 
 /* ---- options.c ---- */
 
-/** Parse what follows the command's name. @return CLI_OK, or CLI_USAGE after a message */
+/** Parse the words after the command's name. @return CLI_OK, or CLI_USAGE after a message */
 int cli_parse(cli_args *args, const cli_command *command, int argc, char **argv);
 /** Value of an option, "" for a flag that was given, NULL when it was not. */
 const char *cli_value(const cli_args *args, const char *option);

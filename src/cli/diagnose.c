@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * diagnose.c - stein diagnose: what the simulation gets wrong, from measured strokes.
+ * diagnose.c - stein diagnose: effects that a simulation lacks, from measured records.
  */
 #include <errno.h>
 #include <stdlib.h>
@@ -319,7 +319,7 @@ static stein_status copy_to_stdout(const char *path, stein_err *err)
     return STEIN_OK;
 }
 
-/* Is there something to extend by? What an earlier run found must not lie beside another verdict.
+/* Is there something to extend by? The file of an earlier run must not lie beside another verdict.
  */
 static stein_status write_extended(const job *j, const char *path, stein_err *err)
 {
@@ -459,8 +459,8 @@ static const cli_option options[] = {
      "Numbers of the file to refit besides those whose tolerance it states."},
     {"without", 0, "WORD,...",
      "Effects that are hidden from the search, as if the table lacked them: kinds, sites\n"
-     "(joint, contact, channel ...), classes (sensor, input ...) or all. What they would have\n"
-     "explained is then a law to be recovered."},
+     "(joint, contact, channel ...), classes (sensor, input ...) or all. Their\n"
+     "contribution is then a law to be recovered."},
     {"smooth", 0, "FREQUENCY",
      "Cut-off frequency of measured motions, at which half is kept, e.g. 12Hz. Without it\n"
      "the noise of the motion decides, or the measured force of the motion, if there is\n"

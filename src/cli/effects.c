@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * effects.c - stein effects: what a model may get wrong, and where.
+ * effects.c - stein effects: effects that a model may lack, and their places.
  */
 #include <stdlib.h>
 #include <string.h>

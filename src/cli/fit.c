@@ -50,7 +50,8 @@ static int read_names(job *j)
 {
     const char *free = cli_value(j->args, "free"), *profile = cli_value(j->args, "profile");
     if (free == NULL) {
-        return cli_misuse(j->args->command, "what is to be fitted? expected --free NAME,...");
+        return cli_misuse(j->args->command,
+                          "which numbers are to be fitted? expected --free NAME,...");
     }
     j->def.nfree = cli_names(free, &j->text[0], j->free);
     j->def.free = j->free;

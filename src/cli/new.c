@@ -10,7 +10,7 @@
 
 static const char ending[] = ".yaml";
 
-/* what stands in the starter for words that differ from user to user */
+/* placeholders in the starter */
 enum { WORDS = 3 };
 typedef struct words {
     const char *name, *file, *program;

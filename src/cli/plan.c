@@ -54,7 +54,7 @@ static int read_options(job *j)
     return cli_threads(j->args, &j->def.threads);
 }
 
-/* ---- what is printed ---- */
+/* ---- output ---- */
 
 static void print_name(const char *text)
 {

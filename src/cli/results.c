@@ -21,7 +21,7 @@ int cli_results_check(const cli_args *args)
     }
     const char *const path[] = {table, picture};
     for (int i = 0; i < 2; i++) {
-        lab__file probe; // better told now than after the work
+        lab__file probe; // reported before the work, not after it
         if (path[i] == NULL || lab__is_stdout(path[i])) {
             continue;
         }

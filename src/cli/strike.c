@@ -134,7 +134,7 @@ static void on_event(void *ctx, stein_sim *sim, const stein_event *event)
     }
 }
 
-/* what watches the run */
+/* observers of the run */
 static stein_status prepare_errors(job *j, stein_err *err)
 {
     stein_status status = stein_set_tolerance(j->sim, j->tolerance, err);

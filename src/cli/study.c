@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * study.c - stein study: the published facts of the regulation, simulated, and what lies beyond
- * them.
+ * study.c - stein study: the published facts of the regulation, simulated, and further studies.
  */
 #include <stdlib.h>
 #include <string.h>
@@ -139,7 +138,7 @@ static const struct {
 } files[] = {{"sweep.csv", write_sweep}, {"facts.json", write_facts}};
 enum { FILES = sizeof files / sizeof *files };
 
-/* what would fail at the end fails before a minute of work */
+/* errors of output fail before a minute of work */
 static stein_status check_place(const char *folder, int pictures, stein_err *err)
 {
     char *gnuplot[] = {"gnuplot", "--version", NULL};

@@ -86,7 +86,7 @@ static int read_times(job *j)
     return CLI_OK;
 }
 
-/* what can be said before the mechanism file is read */
+/* checks that do not need the mechanism file */
 static int read_options(job *j)
 {
     j->def = (lab_vary_def){.until = INFINITY, .release = NAN, .shards = 1};
@@ -108,7 +108,7 @@ static int read_options(job *j)
 
 /* ---- running ---- */
 
-/* the axes are part of the command line: what is wrong with them is misuse */
+/* the axes are part of the command line: errors in them are misuse */
 static int make_grid(job *j)
 {
     lab_options options = lab_options_default();
@@ -191,7 +191,7 @@ static const cli_option options[] = {
      "that unit, so that a grid hits 0.1 mm exactly."},
     {"jobs", 'j', "N", "Threads; default: one a processor. Results do not depend on it."},
     {"journal", 0, "FILE",
-     "Keep every finished point in FILE at once, and do not compute again what is there.\n"
+     "Keep every finished point in FILE at once, and do not compute it again.\n"
      "Run the same command again after an interruption. A journal of another sweep is\n"
      "refused."},
     {"shard", 0, "I/N",
@@ -229,7 +229,7 @@ const cli_command cli_sweep = {
         "A number that is a literal 0 in the file is not in the equations; --set NAME=VALUE\n"
         "adds it, then --vary can vary it.",
     .output =
-        "CSV: `# name: value` lines with what was swept, then a row a point in SI units:\n"
+        "CSV: `# name: value` lines with the sweep's definition, then a row a point in SI units:\n"
         "point, the varied parameters, status, then outcome, escapement_time,\n"
         "escapement_height, impact_time, impact_speed, impacts, free_flight,\n"
         "forced_escapement, peak_string_force, blow, rearmed - or the output channels.\n"

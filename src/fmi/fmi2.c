@@ -59,7 +59,7 @@ const char *fmi2GetVersion(void)
     return "2.0";
 }
 
-/* what was refused is always told, events when they are asked for */
+/* refusals are always logged, events on request */
 fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n,
                                const fmi2String categories[])
 {

@@ -10,7 +10,7 @@
  * Inputs hold their value. A motion goes on with the speed and acceleration that are given beside
  * it, u + u' s + u'' s^2/2 with s counted from when it was set; a force with slopes does likewise.
  *
- * What is set is only noted. It reaches the simulation before the next step or reading: in
+ * Set values are only stored. It reaches the simulation before the next step or reading: in
  * Initialization Mode by working out the initial state again.
  */
 #include <math.h>
@@ -327,7 +327,7 @@ static slave_status find(slave *s, unsigned reference, int boolean, fmi_variable
     return SLAVE_OK;
 }
 
-/* the initial state of what was set */
+/* the initial state with the set values */
 static slave_status find_start(slave *s)
 {
     s->sim->def.dt = s->dt;

@@ -356,7 +356,7 @@ void mech__checks(mech__reader *rd)
         }
     }
     check_extents(rd);
-    if (rd->nproblem == 0 && rd->m->nloop == 0) { /* loops may carry what has no mass */
+    if (rd->nproblem == 0 && rd->m->nloop == 0) { /* loops may carry massless bodies */
         check_mass_matrix(rd);
     }
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * fixed_bodies.c - bodies without a joint: they become part of what carries them.
+ * fixed_bodies.c - bodies without a joint: they become part of the bodies that carry them.
  *
  * A fixed body is written like any other one: its mass, its points and its child bodies, in its own
  * axes, which are parallel to its parent's. All of its numbers are parameters. The equations have

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * formula.c - reads what may stand where a number is expected, with its dimension, into postfix.
+ * formula.c - reads a number or formula with its dimension into postfix.
  *
  *   value = sum [ ("+-" | "±") number [unit | "%"] ]      the tolerance of a single number
  *   sum   = term { ("+" | "-") term }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * laws.c - the numbers of laws: what acts in a joint, in a contact, in a sensor, on an input.
+ * laws.c - the numbers of laws: laws of joints, contacts, sensors and inputs.
  *
  * One table a law, in the order of the blocks of stein/model.h. Every entry becomes a parameter;
  * one that the file leaves out gets its neutral value, with which it does nothing. So a physical

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * reader.h - what the files of the mechanism reader share.
+ * reader.h - shared by the files of the mechanism reader.
  *
  *   bytes --source.c--> tree of nodes --section_*.c--> mechanism + list of slots --slots.c-->
  * values
@@ -51,7 +51,7 @@ typedef struct mech__node {
     struct mech__node *key; /* of an entry of a mapping */
 } mech__node;
 
-/** What a slot allows or demands. */
+/** Requirements of a slot. */
 enum {
     MECH__VANISHES = 1, /* a literal 0 is a structural zero */
     MECH__POSITIVE = 2,
@@ -104,7 +104,7 @@ typedef struct mech__copy {
     struct mech__copy *next;
 } mech__copy;
 
-/** What becomes of an inertia that no body can have: a principal moment that exceeds the sum of the
+/** Treatment of an inertia that no body can have: a principal moment that exceeds the sum of the
  *  other two. BALANCE: all three become their mean. */
 typedef enum { MECH__REFUSE, MECH__ACCEPT, MECH__BALANCE } mech__inertia;
 
@@ -123,7 +123,7 @@ typedef struct mech__reader {
     const mech__node *body_node[MECH_BODIES];     /* entries in the order of m->bodies */
     char orphan[MECH_BODIES]; /* the parent was not found, which has been reported */
     mech__problem problems[MECH__MAX_PROBLEMS + 1];
-    const char *warnings[MECH_BODIES]; /* of what is taken all the same */
+    const char *warnings[MECH_BODIES]; /* of accepted inertias */
     mech__inertia inertia;
     int nproblem, nwarning, nomem;
     void *arena;
@@ -229,7 +229,7 @@ void mech__repeat_all(mech__reader *rd);
 /** A fixed number that is no parameter: a formula of one constant. */
 void mech__constant(mech__reader *rd, mech_scalar *to, double value, const char *name,
                     const char *text);
-/** What a reference in a formula stands for. @return 0; -1 unknown, -2 failed before, -3 a loop */
+/** Value of a reference in a formula. @return 0; -1 unknown, -2 failed before, -3 a loop */
 int mech__reference(mech__reader *rd, const char *path, mech__expr *out);
 /** Did a number of this owner ("hammer") turn out wrong? */
 int mech__failed(const mech__reader *rd, const char *owner);
@@ -287,14 +287,14 @@ void mech__tables_finish(mech__reader *rd);
 
 /* --- split_body.c --- */
 
-/** What is left of every whole when its parts are taken out, and the places on parts. All numbers
+/** The rest of every whole without its parts, and the places on parts. All numbers
  *  are known, copies are made before and again after. */
 void mech__parts(mech__reader *rd);
 
 /* --- fixed_bodies.c --- */
 
 enum { MECH__FIXED = 'F' }; /* type of a body without a joint */
-/** Fixed bodies become part of what carries them, and are no bodies any more. */
+/** Fixed bodies become part of the bodies that carry them, and are removed. */
 void mech__fixed(mech__reader *rd);
 /** Two bodies in one: b is joined to a, or with `apart` taken out of it. Its numbers in a's axes.
  *  @param name  of the whole: NAME.mass, NAME.centre.x, NAME.inertia.xx */
@@ -345,7 +345,7 @@ void mech__balance(mech__reader *rd);
 
 /* --- plausibility.c --- */
 
-/** Of a file without problems: what is possible, but hardly meant, noted as "warning: ...". */
+/** Of a file without problems: possible but implausible numbers, noted as "warning: ...". */
 void mech__doubts(mech__reader *rd);
 
 #endif

@@ -167,7 +167,7 @@ static void read_joint(mech__reader *rd, int index)
         }
         b->type = 'R';
         b->axis = 'y';
-        b->sign = 0; // not read: units of what acts in it are unknown
+        b->sign = 0; // not read: units of its laws are unknown
     }
 }
 
@@ -360,7 +360,7 @@ static void read_inertia(mech__reader *rd, mech_body *b, const mech__node *entry
     }
 }
 
-/** What acts in its joint, and where that begins. */
+/** Laws of its joint, and their start positions. */
 static void read_joint_numbers(mech__reader *rd, mech_body *b, const mech__node *entry)
 {
     const mech__node *initial = mech__get(entry, "initial");

@@ -232,7 +232,7 @@ static stein_range range_of(const mech__slot *s)
                                            : STEIN_ANY;
 }
 
-/** A plain parameter: the parameter has to be what the number can be.
+/** A plain parameter: the parameter has to be in the number's range.
  */
 static void narrow(mech_param *p, stein_range range)
 {
@@ -305,7 +305,7 @@ static int check_range(mech__reader *rd, const mech__slot *s, double value)
     return what ? -1 : 0;
 }
 
-/** An override of a formula would be ambiguous: name what the formula is made of instead. */
+/** An override of a formula would be ambiguous: name the parameters of the formula instead. */
 static void problem_formula_set(mech__reader *rd, const mech__slot *s, const mech__expr *e)
 {
     const char *names = "", *sep = "";

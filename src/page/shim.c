@@ -211,7 +211,7 @@ EXPORT(page_start) stein_status page_start(double dt, int integrator, int settle
     return STEIN_OK;
 }
 
-/** What the last failure was. */
+/** The last failure. */
 EXPORT(page_message) const char *page_message(void)
 {
     return page.err.msg;
@@ -268,7 +268,7 @@ EXPORT(page_load) stein_status page_load(int on)
     return STEIN_OK;
 }
 
-/** Forget the last stroke; what comes is a new one. */
+/** Forget the last stroke; the next one is new. */
 EXPORT(page_stroke_begin) void page_stroke_begin(void)
 {
     forget_stroke();

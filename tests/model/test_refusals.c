@@ -273,7 +273,7 @@ START_TEST(a_name_used_twice_is_refused)
 {
     static const refusal r[] = {
         {"    mass: 3.9 g\n", "    mass: 3.9 g\n    mass: 4.1 g\n", "mass: 4.1 g",
-         "the key \"mass\" stands twice, first in line 29"},
+         "the key \"mass\" appears twice, first in line 29"},
         {"  pawl.stop_shift: 0.31 mm", "  pawl.stop_shift: 0.31 mm\n  key.mass: 3 g", "key.mass: 3",
          "the parameter \"key.mass\" has the name of another number"},
         {"  pawl.stop_shift: 0.31 mm", "  pawl.stop_shift: 0.31 mm\n  key.centre.y: {value: 0 mm}",

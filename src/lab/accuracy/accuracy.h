@@ -6,7 +6,8 @@
  * tolerance far below its tolerance (lab__accuracy_create):
  *
  *      whole   from the same initial state, on its own: how far the run is from the solution
- *      part    put onto the run's state at every checkpoint: what the steps between two of them add
+ *      part    put onto the run's state at every checkpoint: errors of the steps between two of
+ *      them
  *
  * The errors that the steps make, summed over the run, judge the method. Where the deviation is
  * much larger than that sum, the motion amplifies small differences (impacts, chaos): no method

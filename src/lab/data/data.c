@@ -110,7 +110,7 @@ static int read_time(data__reader *r, const char *text, data__cell cell, double 
     }
     if (*t == r->last) {
         data__problem(&r->problems, DATA_TIME_ORDER, line, column,
-                      "the time %s s stands twice, expected rows in increasing time",
+                      "the time %s s appears twice, expected rows in increasing time",
                       lab__number(now, *t));
         return 0;
     }
@@ -208,7 +208,7 @@ static void row_line(data__reader *r, const char *text, size_t size)
         r->stop = 1;
         return;
     }
-    if (n == r->ntitle && is_empty(cell, n)) { // what a spreadsheet adds
+    if (n == r->ntitle && is_empty(cell, n)) { // added by a spreadsheet
         return;
     }
     if (r->rows == 0 && data__unit_line(r, cell, n)) {
@@ -284,8 +284,8 @@ static void late_header(data__reader *r, const char *text, size_t size)
     }
 }
 
-/* Lines above the titles that are neither titles nor numbers - the name of what was tracked, of an
- * instrument, a date - are passed over. */
+/* Lines above the titles that are neither titles nor numbers (names of a tracked point or an
+ * instrument, a date) are passed over. */
 static void header_line(data__reader *r, const char *text, size_t size)
 {
     enum { MOST_ABOVE = 100 };
@@ -344,7 +344,7 @@ static int may_be_constant(const data__reader *r, const lab_column *c, double va
                              read == STEIN_READ_NOTCH_FORCE || read == STEIN_READ_INPUT_FORCE));
 }
 
-/* what can only be said at the end of the file */
+/* checks at the end of the file */
 static void check_columns(data__reader *r)
 {
     int least = r->options->min_samples;

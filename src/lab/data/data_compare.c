@@ -22,7 +22,7 @@
 
 enum { ROWS = 300, TURNS = 3, SHIFTS = 25, STEPS = 4, SORTED = 512 };
 enum { FEWEST = 8 };                  /* samples of a channel; fewer carry no information */
-static const double nearly = 0.02;    /* of the travel: what a channel may be off by */
+static const double nearly = 0.02;    /* of the travel: tolerance of a channel */
 static const double hysteresis = 0.1; /* of the travel: less is no turning point */
 
 data__reading data__as_it_is(void)

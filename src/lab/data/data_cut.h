@@ -19,8 +19,8 @@ int data__can_cut(const lab_data *data);
 int data__is_window(const lab_data *data);
 /** Which part. */
 data__window data__window_of(const lab_data *data);
-/** A window of a whole record as a separate record, with its settings and notes; what it states
- *  of its initial state is kept by a window that begins with the record. Nothing refers to `whole`.
+/** A window of a whole record as a separate record, with its settings and notes; a window that
+ *  begins with the record keeps its stated initial state. Nothing refers to `whole`.
  *  @return OK, ENOMEM */
 stein_status data__cut(lab_data **out, const lab_data *whole, data__window window, stein_err *err);
 /** Records cut into windows of equal numbers of rows; number counts the windows. Those that cannot

@@ -33,7 +33,7 @@ struct lab_drive {
     const stein_model *model;
     track *track; /* [ntrack] */
     int ntrack;
-    char doubt[400]; /* what is wrong with a motion; "": nothing */
+    char doubt[400]; /* fault of a motion; "": nothing */
 };
 
 void lab_drive_close(lab_drive *drive)

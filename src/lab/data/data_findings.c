@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * data_findings.c - an audit in words: what limits a fit, and all of it as lines of text.
+ * data_findings.c - an audit in words: limits of a fit, and the audit as lines of text.
  *
  * A finding is a sentence with its figures, so that the reader can disagree. The trigger is judged
  * only where t = 0 means something: the file states that it is synchronised, or states nothing and

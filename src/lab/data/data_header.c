@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * data_header.c - what stands above the rows of a data file: "#" lines and the titles of columns.
+ * data_header.c - the lines above the rows of a data file: "#" lines and the titles of columns.
  *
  * Every name is looked up in the model at once, and every unit is checked against the one the model
  * has for that name: a record in the wrong unit, or of another mechanism, is refused before a
@@ -255,7 +255,7 @@ void data__note_line(data__reader *r, const char *text, size_t size)
     part name = trimmed(text, all.from, colon != NULL ? (size_t)(colon - text) : all.from);
     part value = trimmed(text, colon != NULL ? (size_t)(colon - text) + 1 : all.from, all.to);
     part word = colon != NULL ? name : all;
-    int plain = r->options->inputs_only; // signals alone: nothing is said about a stroke
+    int plain = r->options->inputs_only; // signals alone: no statement about a stroke
     int known = !plain && take_word(text, &word, "known");
     int set = known || (!plain && take_word(text, &word, "set"));
     int about = plain || set ? -1 : about_word(text, &word);
@@ -266,7 +266,7 @@ void data__note_line(data__reader *r, const char *text, size_t size)
                       known ? "known"
                       : set ? "set"
                             : data__about_word[about]);
-        r->stop |= about == DATA_EVENTS; // what its column holds is not known
+        r->stop |= about == DATA_EVENTS; // the contents of its column are unknown
         return;
     }
     if (++r->notes > DATA_NOTES) {
@@ -345,7 +345,7 @@ static void add_time(data__reader *r, data__title *t)
     fit_unit(r, t, "s");
 }
 
-/* a column that is no output or input of the model: what a log has besides. A name that looks like
+/* a column that is no output or input of the model: other contents of a log. A name that looks like
  * one of the model's which no column has is a slip instead. */
 static int is_passed_over(const data__reader *r, const data__title *t)
 {
@@ -410,7 +410,7 @@ static void add_channel(data__reader *r, data__title *t)
                      .unit_assumed = !t->has_unit && strcmp(wanted, "1") != 0};
 }
 
-/* Is none of the columns the model's? One message then, with what would be right. */
+/* Is none of the columns the model's? One message then, with the expected titles. */
 static int is_foreign(data__reader *r)
 {
     const stein_model *m = r->model;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * data_internal.h - what the files that read and audit data share with each other.
+ * data_internal.h - shared by the files that read and audit data.
  *
  *   bytes --data_lines.c--> lines, cells, numbers --data_titles.c, data_header.c,
  *                       data_columns.c, data_events.c, data.c, data_unwrap.c--> lab_data
@@ -82,7 +82,7 @@ typedef struct data__cell {
     size_t n;
     int at; /* byte in the line */
 } data__cell;
-/** What separates the titles of a header: a comma where there is one, else a semicolon, a tab,
+/** Separator of the titles of a header: a comma where there is one, else a semicolon, a tab,
  *  else blanks (' '). */
 char data__separator(const char *text, size_t size);
 /** Cut a line at its separators. @return cells (DATA_COLUMNS + 1: more than that), or -1 - the byte
@@ -127,7 +127,7 @@ int data__unwrap(const stein_model *m, lab_column *c, double *value, int n);
  *  amount of a part that comes off? */
 int data__has_last_word(const stein_model *m, const char *param);
 
-/** The public structs grown while reading; `data` comes first and is what users hold. */
+/** The public structs grown while reading; `data` comes first; users hold a pointer to it. */
 typedef struct data__file {
     lab_data data;
     char *file, *source, *text; /* text NULL: it was read from the file */
@@ -161,7 +161,7 @@ typedef struct data__about {
     int line, name_column, value_column;
 } data__about;
 
-/** What is known of a column of the file. */
+/** A column of the file. */
 typedef struct data__title {
     char name[DATA_SHOWN], unit[DATA_SHOWN];
     int has_unit; /* of data__cut_title */
@@ -243,7 +243,7 @@ void data__settle_columns(data__reader *r);
 
 /** A finding: a sentence that the audit keeps. */
 void data__finding(lab_audit *a, int *nomem, const char *format, ...);
-/** Everything that can be said against the record once the numbers are there. */
+/** All findings about the record, from its numbers. */
 void data__findings(lab_audit *a, int *nomem);
 /** "20.3 um": four digits, a prefix that suits. @param text [DATA_SHOWN], returned */
 char *data__quantity(char *text, double value, const char *unit);

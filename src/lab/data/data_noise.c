@@ -139,7 +139,7 @@ static int window_of(int n)
     return w > WINDOW ? WINDOW : w < 9 ? 9 : w;
 }
 
-/* variance as windows of w samples and polynomials of one degree have it */
+/* variance from windows of w samples and polynomials of one degree */
 typedef struct guess {
     int window, degree;
     double variance, error; /* error: relative sd of the variance */
@@ -274,7 +274,7 @@ static void finish_lags(const lags *l, double correlation[LAB_LAGS])
     }
 }
 
-/* spikes would rule a sum of squares: what is beyond five robust deviations becomes 0.
+/* spikes would rule a sum of squares: values beyond five robust deviations become 0.
  * @return samples left */
 static int clip(double *r, int n, double *scratch)
 {
@@ -380,7 +380,7 @@ static int differences(const data__series *s, double *d)
         int last = whole ? all : first + block;
         for (int i = first; i < last; i++) {
             double x = fabs(s->v[i + 1] - s->v[i]);
-            if (x > 8.0 * 2.2e-16 * largest) { // what conversion and text leave over is zero
+            if (x > 8.0 * 2.2e-16 * largest) { // errors of conversion and text count as zero
                 d[n++] = x;
             }
         }

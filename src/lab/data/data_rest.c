@@ -18,7 +18,7 @@
 
 enum { SEED = 40, START = 20, BLOCK = 8 };
 
-/* is the stretch at rest, judged by what a parabola explains of it? */
+/* is the stretch at rest, by the share that a parabola explains? */
 static int is_flat(const data__series *s, int first, int n, double tolerated)
 {
     double mean = 0.0, about = 0.0, sigma = s->sigma;
@@ -69,8 +69,8 @@ static int grow_rest(const data__series *s, int first, int seed, double *mean)
     return last;
 }
 
-/* Is what grew from a seed a rest? Its end may hold the first of the motion: a long one is judged,
- * and kept, without it. @return last sample, or first - 1 */
+/* Is the stretch grown from a seed a rest? Its end may hold the first of the motion: a long one is
+ * judged, and kept, without it. @return last sample, or first - 1 */
 static int judge_rest(const data__series *s, int first, int last, int seed, double mean)
 {
     int n = last - first + 1;

@@ -19,8 +19,8 @@
  * Only values that a slip of the pen gives are searched. A free search would always find some
  * value that is better, and a wrong spring would be called a wrong setting. For the same reason the
  * second and the third need other strokes that fit: where the model is far from all of them, a
- * stroke that just escapes and one that just does not differ much, with correct settings. And a
- * stroke that a little more or less friction brings back is no contradiction.
+ * stroke that just escapes and one that just does not differ much, with correct settings. A stroke
+ * that slightly more or less friction explains is no contradiction.
  */
 #include <gsl/gsl_sort.h>
 #include <math.h>
@@ -34,15 +34,15 @@
 /* share of the travel from which on a stroke is suspicious, and largest share for most strokes;
  * factors */
 static const double suspected = 0.04, far_off = 0.25, well = 0.012;
-static const double seen = 0.01; /* less is within what strokes differ by themselves */
+static const double seen = 0.01; /* less is within the scatter of strokes */
 static const double worse = 5.0, much_worse = 10.0, explained = 4.0, usual = 2.0;
-static const double largest_nudge = 3.0; /* of what differs by itself, in its prior sd */
+static const double largest_nudge = 3.0; /* of scatter, in its prior sd */
 enum {
     SHIFTS = 41,       /* of the trigger, over +-3 of its prior sd */
     PATIENCE = 200000, /* evaluations of a stroke as stated; of many samples 100 each */
     A_SAMPLE = 100,
     NUDGES = 6,
-    TIMES = 8 /* so many times what a stroke took: one with other settings */
+    TIMES = 8 /* so many times the evaluations of a stroke: one with other settings */
 };
 
 typedef struct check {
@@ -82,7 +82,7 @@ static double shifted(const double *t, const double *h, int n, double at, int *k
     return h[*k] + u * (h[*k + 1] - h[*k]);
 }
 
-/* sum of squares about the mean of what one channel is off, as a share of its range */
+/* sum of squares of one channel's error about its mean, as a share of its range */
 static double off_by(const fit__stroke *s, int c, const double *predicted, double tau, int *count)
 {
     size_t first = (size_t)c * (size_t)s->n;
@@ -211,8 +211,7 @@ static double nudge(int i)
     return (i % 2 == 0 ? 1.0 : -1.0) * largest_nudge * level / levels;
 }
 
-/* does a little more or less of what differs from stroke to stroke by itself - friction, drive -
- * explain the stroke, too? */
+/* does a slight change of scattering quantities (friction, drive) explain the stroke, too? */
 static int is_moved_by_scatter(check *c, int stroke)
 {
     const fit__stroke *s = &c->p->stroke[stroke];
@@ -280,7 +279,7 @@ static void tell(check *c, const lab_data *d, const lab_setting *set, const gues
     c->told++;
 }
 
-/* where a stroke begins is not known: nothing can be said of it before a fit */
+/* where a stroke begins is not known: unknown before a fit */
 static int begins_anywhere(const check *c, int stroke)
 {
     const fit__stroke *s = &c->p->stroke[stroke];

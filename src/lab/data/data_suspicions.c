@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * data_suspicions.c - columns in the wrong unit, with the wrong sign, exchanged; a wrong clock; a
- * record of another mechanism: told before anything is fitted.
+ * record of another mechanism: reported before any fit.
  *
  * Every record is compared with the model (data_compare.c). Where that fits, nothing is
  * asked. Where it does not, the readings that slips produce are tried: factors of 1000 and 100, the
  * factor between degrees and radians, the opposite sign, two columns exchanged, milliseconds for
- * seconds, alone or with degrees or thousandths. A reading is suspected when what was far off fits
- * with it:
+ * seconds, alone or with degrees or thousandths. A reading is a suspicion when a record that was
+ * far off fits with it:
  *
  *   - the misfit of the affected channels falls below `fits` and by the factor `better`, or
  *   - channels that could not be compared (misfit above `apart`) move about as they should, by the
@@ -96,7 +96,7 @@ int data__reading_of(const data__guess *g, const lab_data *d, data__reading *rea
     return (g->a == NULL || a != NULL) && (g->b == NULL || b != NULL);
 }
 
-/* what a guess does for one record */
+/* result of a guess for one record */
 typedef struct effect {
     int adapted;                     /* the initial state was taken from the record */
     int channels;                    /* affected */
@@ -293,7 +293,7 @@ static const char *other_sign(const data__suspects *a, const data__guess *best)
 }
 
 /* The best guesses that enough of the tested records accept, each column once, until every channel
- * fits. @return how many were told */
+ * fits. @return number of reports */
 static int tell_best(data__suspects *a, int records, double share, int alone)
 {
     int told = 0;
@@ -351,7 +351,7 @@ static void judge_all(data__suspects *a, const int *bad, int nbad)
     tell_best(a, nbad, 2.0 / 3.0, 0);
 }
 
-/* what is odd about one record, while most fit */
+/* fault of one record, while most fit */
 static void judge_one(data__suspects *a, int record, double own, double median)
 {
     offer_all(a, a->data->stroke[record]);
@@ -392,7 +392,7 @@ static void judge(data__suspects *a, double *off, double *worst, double *sorted)
 
 /* ---- lengths ---- */
 
-/* largest length of the file: what the mechanism can reach is not far from it */
+/* largest length of the file: the reach of the mechanism is not far from it */
 static double largest_length(const lab_model *model)
 {
     const stein_model *m = lab_equations(model);

@@ -15,7 +15,7 @@
 #include "data_internal.h"
 #include "reader.h"
 
-/* what others write for a unit of ours */
+/* other spellings of units */
 static const char *usual_unit(const char *unit)
 {
     static const char *const same[][2] = {
@@ -191,7 +191,7 @@ void data__cut_unit(data__cell cell, char unit[])
     snprintf(unit, DATA_SHOWN, "%s", usual_unit(inside));
 }
 
-/* "angle / deg" and "angle, deg": what is behind the sign is the unit of a name in front of it */
+/* "angle / deg" and "angle, deg": the text after the sign is the unit of the name before it */
 static int cut_sign(const stein_model *m, char *name, char *unit)
 {
     char front[DATA_SHOWN], behind[DATA_SHOWN];

@@ -38,7 +38,7 @@
 static const double small_amount = 1e-5; /* of the limit */
 static const double alike = 1e-6;        /* relative difference of two directions */
 static const double rounding = 1e-13, residue = 1e-9;
-static const double hardly = 1e-2; /* of what both do */
+static const double hardly = 1e-2; /* of both effects */
 
 typedef struct compass {
     const stein_model *m;

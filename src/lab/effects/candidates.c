@@ -16,7 +16,7 @@ static const double pressed = 1e-4;    /* depth at which a contact has its typic
 typedef struct build {
     const lab_model *lab;
     const stein_model *m;
-    const double *p, *now;       /* of the file; with what acts besides, NULL: whatever it is */
+    const double *p, *now;       /* of the file; with further forces, NULL: whatever it is */
     const lab__strokes *strokes; /* NULL: one with the file's own numbers */
     lab_candidate *list;
     int n, room;
@@ -57,7 +57,7 @@ static double named(const build *b, const char *owner, const char *path, double 
     return i >= 0 ? b->p[i] : other;
 }
 
-/* also of bodies with a formula for the mass: a part, and what it leaves of the whole */
+/* also of bodies with a formula for the mass: a part, and the rest of the whole */
 static double carried(const build *b, int joint)
 {
     const mechanism *mech = lab__mechanism(b->lab);
@@ -188,7 +188,7 @@ static void set_limit(build *b, lab_candidate *c, double limit)
     b->unsized = isnan(limit) ? c->effect : b->unsized;
 }
 
-/* the number beside the amount: a range, and what to begin with */
+/* the number beside the amount: a range and a start value */
 static void add_side(build *b, lab_candidate *c, double lo, double value, double hi)
 {
     int param = find(b, c->place, c->effect->side);

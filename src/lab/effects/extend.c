@@ -281,7 +281,7 @@ static void write_data(FILE *f, const lab_diagnosis *d)
     char text[3][SHOWN];
     fprintf(f, "# From %d records, and %d held out", d->nfit, d->nheld);
     if (isfinite(d->gain.ratio)) {
-        fprintf(f, ", on which the error is %s of what it was, 95 %%: %s .. %s",
+        fprintf(f, ", where the error is %s of the former one, 95 %%: %s .. %s",
                 shown(text[0], d->gain.ratio, NULL), shown(text[1], d->gain.lo, NULL),
                 shown(text[2], d->gain.hi, NULL));
     }

@@ -32,7 +32,7 @@ lab__vec lab__drawn(const mechanism *m, int body, lab__vec at)
     return at;
 }
 
-/* what a body carries: the farthest joint on it, else the farthest point that touches something */
+/* children of a body: the farthest joint on it, else the farthest point that touches something */
 static lab__vec carried(const mechanism *m, int body)
 {
     lab__vec most = {0.0, 0.0};

@@ -187,7 +187,7 @@ void lab__structure_names(const lab_candidate *c, char name[LAB_NUMBERS][LAB_PLA
 
 /* ---- writing ---- */
 
-/* what stands for the letters of a fragment */
+/* values of the letters of a fragment */
 typedef struct words {
     const char *of[WORDS];
     char number[WORDS][LAB_NUMBER];

@@ -54,12 +54,13 @@ lab__vec lab__at(const mech_scalar at[3]);
 /** A place in a body's axes as drawn in the frame. */
 lab__vec lab__drawn(const mechanism *m, int body, lab__vec at);
 
-#define LAB__BEND 0.42 /* where a link is likely to bend, of the way to what it carries */
+#define LAB__BEND \
+    0.42 /* place where a link is likely to bend, as a share of the way to its children */
 
 /** Where a link bends, and its part beyond. */
 typedef struct lab__bent {
-    lab__vec at, e; /* in the body's axes; e points to what lies beyond */
-    lab__vec link;  /* along e, as far as what the body carries; at is a share of it */
+    lab__vec at, e; /* in the body's axes; e points to the part beyond */
+    lab__vec link;  /* along e, up to the body's children; at is a share of it */
     lab__vec apart; /* the part's centre from that of the rest */
     double mass;    /* its share */
 } lab__bent;
@@ -92,7 +93,7 @@ void lab__note_armatures(lab_candidate *list, int n, const stein_model *m);
 
 /* ---- structure.c ---- */
 
-enum { LAB_NUMBERS = 1 + LAB_SIDES }; /* of a part: the amount and what is beside it */
+enum { LAB_NUMBERS = 1 + LAB_SIDES }; /* of a part: the amount and its side numbers */
 /** Names and units of the numbers of a kind, NULL behind the last one.
  *  @return 0 when the kind needs no part */
 int lab__structure_of(const char *kind, const char *name[LAB_NUMBERS],
@@ -124,7 +125,7 @@ stein_status lab__extended_text(char **text, const char *file, const lab_diagnos
 typedef struct lab__touching {
     int touch;    /* they do */
     double c, s;  /* cosine and sine of its angle when they touched first */
-    double turns; /* sine of what it turns from there at most */
+    double turns; /* sine of the largest rotation from there */
     double depth; /* largest [m] */
 } lab__touching;
 /** In one run of the file; of one that fails nothing touches.
@@ -134,7 +135,7 @@ stein_status lab__touchings(lab__touching *to, const lab_model *model, stein_err
 
 /* ---- limits.c ---- */
 
-/** What limits come from, by joint [nq] and by channel [nchannel]; units of the joint. */
+/** Sources of limits, by joint [nq] and by channel [nchannel]; units of the joint. */
 typedef struct lab__scales {
     double *weight, *spring, *energy, *speed, *travel, *length, *inertia, *range;
     double *room;     /* memory of all of them */
@@ -158,7 +159,7 @@ typedef struct lab__strokes {
                         stein_err *err);
     void *ctx;
 } lab__strokes;
-/** lab_candidates where parameters p act: what is a share of an effect that was found is one, too.
+/** lab_candidates where parameters p act: a share of an effect that was found is a candidate, too.
  *  @param strokes  NULL: one run with the file's own numbers */
 stein_status lab__candidates_at(lab_candidate **list, int *n, const lab_model *model,
                                 const double *p, const lab__strokes *strokes, stein_err *err);

@@ -136,7 +136,7 @@ static void put_common(FILE *f, const fmu_variable *v, int version)
     }
 }
 
-/* what belongs to the type; a derivative is of a value reference in FMI 3, of a place in FMI 2 */
+/* attributes of the type; a derivative is of a value reference in FMI 3, of a place in FMI 2 */
 static void put_type(FILE *f, const fmu_list *list, const fmu_variable *v, int version)
 {
     if (v->boolean) {
@@ -207,8 +207,8 @@ static void put_unknown(FILE *f, const fmu_list *list, int i, int version, const
     fputs("/>\n", f);
 }
 
-/* the variables of one part of the structure: outputs, derivatives of states, what is unknown at
- * the start (outputs, states and their derivatives), event indicators */
+/* the variables of one part of the structure: outputs, derivatives of states, initial unknowns
+ * (outputs, states and their derivatives), event indicators */
 typedef enum { OUTPUTS, RATES, UNKNOWN, INDICATORS } part;
 
 static int is_in(const fmu_variable *v, part of)

@@ -16,7 +16,7 @@
 
 enum { TOKEN = 40 };
 
-/* what goes into an archive */
+/* contents of an archive */
 typedef struct parts {
     fmu_list list;
     fmu_sources sources;

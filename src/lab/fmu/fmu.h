@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * fmu.h - what the files of this folder share.
+ * fmu.h - shared by the files of this folder.
  *
  *   fmu.c         the FMU put together
  *   variables.c   its variables, of both versions  variable_text.c      what they are, in words
@@ -58,7 +58,7 @@ int fmu__depends(const stein_model *model, const fmu_variable *output, const fmu
 char *fmu__words_channel(const fmu_list *list, int channel);
 char *fmu__words_input(const fmu_list *list, int input, const char *what);
 char *fmu__words_param(const fmu_list *list, int param);
-/** What the file states of an entry of a section, or NULL. */
+/** Text of the file about an entry of a section, or NULL. */
 const char *fmu__about(const mechanism *m, const char *section, const char *entry);
 
 /* ---- xml.c ---- */
@@ -83,7 +83,7 @@ void fmu__describe_build(FILE *f, const fmu_list *list, const char *const *sourc
 /* ---- binary.c ---- */
 
 enum { FMU_SOURCES = 64, FMU_PLATFORM = 32, FMU_BINARIES = 16 };
-/** What is compiled, as it lies in the folder sources of the FMU. */
+/** Sources that are compiled, in the folder sources of the FMU. */
 typedef struct fmu_sources {
     char *name[FMU_SOURCES + 1], *text[FMU_SOURCES + 1]; /* owned */
     int n;
@@ -98,7 +98,7 @@ void fmu__sources_free(fmu_sources *sources);
 unsigned long long fmu__hash(unsigned long long h, const char *text);
 /** The lines of a file as one text; NULL without memory. */
 char *fmu__joined(const char *const *lines);
-/** What a compiler makes of them. */
+/** Result of a compiler. */
 typedef struct fmu_binary {
     char *bytes; /* owned */
     size_t size;

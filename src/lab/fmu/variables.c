@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * variables.c - the variables of an FMU: what the mechanism shows, takes and is made of.
+ * variables.c - the variables of an FMU: outputs, inputs, states and numbers of the mechanism.
  *
  *      time                      independent      the mechanism's outputs     output
  *      NAME                      input            a force

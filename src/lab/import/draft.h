@@ -116,7 +116,7 @@ stein_status draft_wrong(draft *d, const xml_node *at, const char *format, ...)
 /** Children that are not in `known` (" a b ") are reported. @param where  of what they are */
 void draft_note_others(draft *d, const xml_node *node, const char *known, const char *where);
 
-/** What names have to differ from. */
+/** Names in use. */
 typedef enum { DRAFT_PART, DRAFT_OUTPUT, DRAFT_POINT } draft_names;
 /** A name that a mechanism file takes, like the label: letters, digits and _, no word of C, unique.
  *  @param what   "body"; a change is reported with it. NULL: it is not

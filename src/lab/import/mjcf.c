@@ -9,9 +9,9 @@
  *     actuator:  motor...
  *
  * The joints of a body follow each other; each has its place in the frame of the body.
- * In a draft each carries a body with its origin there. A body without a joint is part of what
- * carries it, and a point there. Axes: frames.c. Missing attributes of an element come from its
- * class: its `class`, or `childclass` of the nearest body around it.
+ * In a draft each carries a body with its origin there. A body without a joint is part of its
+ * parent, and a point there. Axes: frames.c. Missing attributes of an element come from its class:
+ * its `class`, or `childclass` of the nearest body around it.
  *
  * Mass and inertia come from <inertial>, otherwise from the geoms: mjcf_geoms.c.
  */
@@ -301,8 +301,8 @@ static void note_body(mjcf *m, const xml_node *node, const mjcf_body *b)
     }
 }
 
-/* The body of the last joint has the mass. Without a joint it is part of what carries the body, or
- * of the frame, where it does not matter; its origin is a point there. */
+/* The body of the last joint has the mass. Without a joint it is part of the body's parent, or of
+ * the frame, where it has no effect; its origin is a point there. */
 static void take_carrier(mjcf *m, const xml_node *node, mjcf_body *b, int carrier,
                          const double at[3], int jointed)
 {

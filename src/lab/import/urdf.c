@@ -7,7 +7,7 @@
  *                      dynamics damping friction; mimic joint multiplier offset
  *
  * Frames are turned against each other by rpy: R = Rz(yaw) Ry(pitch) Rx(roll); see frames.c.
- * A link on a fixed joint is part of what carries it, and a point there.
+ * A link on a fixed joint is part of its parent, and a point there.
  *
  * Angles of rpy within 1e-3 of a multiple of 90 deg, as 1.57 is, are taken as that multiple.
  */
@@ -201,7 +201,7 @@ static char kind_of(const char *type)
     return 0;
 }
 
-/* a link on a fixed joint is part of what carries it, or of the frame, where it does not matter;
+/* a link on a fixed joint is part of its parent, or of the frame, where it has no effect;
  * its origin is a point there */
 static void take_fixed(urdf_robot *r, urdf_link *l, int carrier, const double at[3])
 {

@@ -2,8 +2,8 @@
  * output.c - messages, numbers, and files that appear whole or not at all.
  *
  * A reader must not find half of a result under the final name, neither while it is written nor
- * after a full disk. So a file is written beside its place and renamed when it is complete. What is
- * no ordinary file (a device, a pipe) cannot be replaced and is written directly.
+ * after a full disk. So a file is written beside its place and renamed when it is complete. A
+ * device or a pipe cannot be replaced and is written directly.
  */
 #define _GNU_SOURCE /* realpath, fopencookie */
 #include <errno.h>

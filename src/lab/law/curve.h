@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * curve.h - what the files of the search for an unknown law share.
+ * curve.h - shared by the files of the search for an unknown law.
  *
  *   curve.c          which law, of what, and where explains what is left
  *   curve_site.c     where a law could sit, and the states that the strokes visit there
@@ -41,7 +41,7 @@ typedef struct diag__curve {
     double *x, *r; /* [nu], [rows]; one block */
     double *sd;    /* [np] of the parameters, in x */
     double gain;   /* linear; then of the fit: fall of -2 ln marginal likelihood */
-    double price;  /* of the fit's freedom: what of -2 ln p is the curve's prior and logdet */
+    double price;  /* of the fit's freedom: part of -2 ln p from the curve's prior and logdet */
     double cov[CURVE_POINTS * CURVE_POINTS];
     double excess; /* factor on variances where the noise is not stated */
     int fitted;
@@ -82,7 +82,7 @@ typedef struct diag__laws {
 
 /* ---- curve.c ---- */
 
-/** Laws that explain what the null hypothesis leaves, fitted; the best one first.
+/** Laws that explain the residual of the null hypothesis, fitted; the best one first.
  *  @return OK (n 0: none), ENOMEM; free in any case */
 stein_status diag__laws_find(diag__problem *q, const diag__row *null, diag__laws *l,
                              stein_err *err);
@@ -157,7 +157,7 @@ stein_status diag__curve_derive(fit__problem *p, int first, int end, const doubl
 
 /* ---- curve_reduce.c ---- */
 
-/** Gains of all curves (c[i] of site i) to first order where the fit without a law stands.
+/** Gains of all curves (c[i] of site i) to first order at the fit without a law.
  *  @return OK, ENOMEM */
 stein_status diag__curve_scores(diag__curves *w, diag__curve *c, stein_err *err);
 

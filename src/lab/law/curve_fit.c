@@ -83,7 +83,7 @@ static stein_status settle(diag__fitting *t, stein_err *err)
 }
 
 /* The fit without the law explains part of it by scatter of friction and drive. With the law,
- * scatter is estimated again from what is left, and the band of the law is narrower. */
+ * scatter is estimated again from the residual, and the band of the law is narrower. */
 static stein_status scatter_anew(diag__fitting *t, stein_err *err)
 {
     fit__problem *p = &t->w->p;

@@ -257,9 +257,9 @@ static int go(diag__fitting *t, double mu, stein_status *status, stein_err *err)
     return 1;
 }
 
-/* ---- what is known of it ---- */
+/* ---- results ---- */
 
-/* sd of the parameters, in x: what they have by themselves and what the curve adds */
+/* sd of the parameters, in x: own part and contribution of the curve */
 static void note_sd(diag__fitting *t, const diag__others *o)
 {
     gsl_vector *e = gsl_vector_alloc((size_t)(o->n > 0 ? o->n : 1));

@@ -4,10 +4,10 @@
  *   CACHE/VERSION-abiN/stein/model.h            the header the equations include
  *   CACHE/VERSION-abiN/NAME-HASH.c, .so         one mechanism structure each
  *
- * The name holds everything the object depends on, so an entry never has to be updated; what is
- * found under it is nevertheless checked (layout and hash) and made again when it does not fit.
- * Each file is written under a unique name and renamed, so two processes that need the same
- * equations at the same time at worst both compile them.
+ * The name holds everything the object depends on, so an entry never has to be updated; a file
+ * found under it is checked all the same (layout and hash), and made again if it does not fit. Each
+ * file is written under a unique name and renamed, so two processes that need the same equations at
+ * the same time at worst both compile them.
  *
  * The text is compiled twice: once for as many lanes as this processor has (lanes.o) and once
  * without lanes, into one object. A compiler that cannot do the first leaves a mechanism without
@@ -105,7 +105,7 @@ static stein_status complain(const job *j, const char *name, const char *cc, int
                      cc, name, code, line);
 }
 
-/* What both compilations begin with. Equations are straight lines of arithmetic: -O1 is enough. */
+/* First words of both compilations. Equations are straight lines of arithmetic: -O1 is enough. */
 static void begin_command(lab__command *words, const job *j, const char *cc)
 {
     lab__command_split(words, cc);

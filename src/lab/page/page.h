@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * page.h - what the files of this folder share.
+ * page.h - shared by the files of this folder.
  *
  *   page.c      the page put together       wasm.c  core and equations -> WebAssembly
  *   describe.c  the mechanism for the script of the page, as JSON

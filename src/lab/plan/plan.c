@@ -10,15 +10,14 @@
  * To set up something else takes as long as four strokes. A check of an instrument counts as one.
  *
  * odds are those wanted, up to three times as much where one stroke settles it all even when it
- * goes badly; more is no better: numbers that are drawn from the tail of what is known can promise
- * any.
+ * goes badly; more is no better: numbers from the tail of the posterior can promise any odds.
  *
  * beyond: the farther a stroke goes from those so far, the more else may be wrong about it. A model
  * that explains strokes of 100 g need not explain a hammer that is twice as heavy.
  *
- * left: a rival may be what is true, and then it is the others that it has to be told from. An
- * experiment that separates only the cause from its k rivals, or the rivals from each other only
- * with more than 12 strokes (an afternoon), decides one of k cases.
+ * left: a rival may be true, and then it has to be separated from the others. An experiment that
+ * separates only the cause from its k rivals, or the rivals from each other only with more than 12
+ * strokes (an afternoon), decides one of k cases.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -221,7 +220,7 @@ static int one_tells(const lab_experiment *e)
 }
 
 /* The best ones with each of the next best things done as well, and the best of those once more:
- * a second change may enlarge what the first one brings into reach. Where one record separates,
+ * a second change may enlarge the effect of the first one. Where one record separates,
  * no combination is needed. */
 static stein_status combine(planner *p, lab_plan *plan, stein_err *err)
 {

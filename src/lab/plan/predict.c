@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * predict.c - what the cause or a rival predicts of an experiment.
+ * predict.c - prediction of an experiment by the cause or a rival.
  *
  * The experiment becomes a stroke like any other: its settings, its clock, the driven input and
  * channels without values; their residual is the prediction. So its uncertain quantities (trigger,
@@ -23,7 +23,7 @@ static const double unknown_start = 100.0; /* of an initial speed without prior,
 static const double least_step = 1e-6, most_step = 0.05; /* of differences, in prior sd */
 
 enum { WAYS = 6 };
-static const double small = 0.1;       /* part of what is uncertain */
+static const double small = 0.1;       /* part of the uncertainty */
 static const double unpredicted = 0.1; /* of a stroke's chi2, as where the numbers come from */
 
 double lab_shape_at(lab_shape shape, double time, double t)
@@ -153,7 +153,7 @@ static stein_status blank_make(plan__blank *b, const plan__reference *reference,
     return STEIN_OK;
 }
 
-/* ---- what is uncertain ---- */
+/* ---- uncertainty ---- */
 
 /* numbers of the posterior in the order of the problem's unknowns; of[k] -1: known by now */
 static int unknowns(const fit__problem *p, const lab_posterior *q, int *of)
@@ -189,7 +189,7 @@ static void place(fit__problem *p, const lab_posterior *q, const int *of, double
 }
 
 /* D: columns of J; L: the Cholesky factor of the posterior's covariance; P of both; way
- * [np][p->np]: what each column of P moves */
+ * [np][p->np]: the number of each column of P */
 static stein_status spread(plan__prediction *v, const fit__problem *p, const lab_posterior *q,
                            const int *of, const double *J, double *way, stein_err *err)
 {
@@ -252,7 +252,7 @@ static void own_columns(plan__prediction *v, const fit__problem *p, const double
     }
 }
 
-/* ---- what can be predicted ---- */
+/* ---- predictable part ---- */
 
 /* +1 or -1, of a Walsh function */
 static double sign_of(int way, int column)

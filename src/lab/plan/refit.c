@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * refit.c - how near one side comes to what another one predicts, everything refitted.
+ * refit.c - distance of one side from the prediction of another one, everything refitted.
  *
  * Two models that explain the same strokes have numbers of their own: the stiffness of a spring may
  * differ by four of its standard deviations. So much further along P their predictions curve away
@@ -18,7 +18,7 @@
 
 #include "planning.h"
 
-static const double enough = 0.1; /* of what is left: to gain less is not worth a stroke more */
+static const double enough = 0.1; /* of the residual: to gain less is not worth a stroke more */
 
 typedef struct imitation {
     plan__prediction *v;
@@ -39,7 +39,7 @@ static const double *column_of(const imitation *m, int k)
     return k < m->v->np ? m->P + (size_t)k * n : m->Z + (size_t)(k - m->v->np) * n;
 }
 
-/* sum over what was measured and can be predicted */
+/* sum over measured and predictable samples */
 static double product(const imitation *m, const double *a, const double *b)
 {
     double sum = 0.0;

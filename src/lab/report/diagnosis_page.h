@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * diagnosis_page.h - what the files of report.html share.
+ * diagnosis_page.h - shared by the files of report.html.
  *
  *   diagnosis_page.c   the page, its style              diagnosis_chart.c  axes and curves
  *   diagnosis_summary.c  the first screen

@@ -50,7 +50,7 @@ static void card(FILE *f, const char *title)
     fprintf(f, "<div class=\"card\"><h2>%s</h2>\n", title);
 }
 
-/* which of several causes, and what the others are without it */
+/* one of several causes, and the error of the others without it */
 static void cause_line(FILE *f, const lab_suspect *s)
 {
     fputs("<p>", f);
@@ -299,7 +299,7 @@ static void suspect_card(FILE *f, const lab_diagnosis *d)
     fputs("</div>\n", f);
 }
 
-/* what the best model leaves, and what could be there without being named */
+/* residual of the best model, and effects that may exist without being named */
 static void remains_card(FILE *f, const lab_diagnosis *d)
 {
     int weak = diag__count(d, LAB_WEAK), unseen = diag__count(d, LAB_NOT_TESTABLE);
@@ -338,7 +338,7 @@ static void forces_card(FILE *f, const lab_motion *m)
     fputs("</p></div>\n", f);
 }
 
-/* ---- what speaks against the verdict ---- */
+/* ---- contradictions of the verdict ---- */
 
 /* one more entry of a list that is there only when it has one */
 static void item(FILE *f, int *n)

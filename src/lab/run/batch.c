@@ -24,7 +24,7 @@ enum { CHUNKS = 4 }; /* for each thread, so that all of them end at about the sa
 typedef struct job {
     const lab__batch *batch;
     const stein_model *equations;
-    int *point; /* [npoint] what is to be done */
+    int *point; /* [npoint] points to compute */
     int npoint, chunk, lanes, done;
     pthread_mutex_t lock; /* of done */
 } job;
@@ -153,7 +153,7 @@ static stein_status begin_point(const job *j, worker *t, int i, int point, stein
     return *failed == STEIN_ENOMEM ? STEIN_ENOMEM : STEIN_OK;
 }
 
-/* what the run in a lane does between steps, up to where a step is next; *over: it does no more.
+/* operations of the run in a lane between steps; *over: it does no more.
  * @return its status */
 static stein_status advance_lane(worker *t, int i, stein_status status, int *over, stein_err *err)
 {
@@ -220,7 +220,7 @@ static stein_status begin_run(job *j, worker *t, int i, stein_status status, ste
     double stop = NAN;
     if (s->runner != NULL) {
         do {
-            (void)stein_batch_sim(t->together, i); // what is next may change it
+            (void)stein_batch_sim(t->together, i); // the next operation may change it
             status = lab__runner_next(s->runner, status, &stop, err);
             if (!isnan(stop)) {
                 status = stein_batch_begin(t->together, i, stop, lab__runner_pace(s->runner), err);

@@ -2,7 +2,7 @@
  * stroke_details.c - one stroke, seen closely: the finger's force, the friction in the notch, the
  * re-arming.
  *
- * A trace is kept at every step and judged when lab_strike has told the event times.
+ * A trace is kept at every step and evaluated when lab_strike has returned the event times.
  *
  *   finger    force of the load on the key, or the moment of the prescribed motion by the arm of
  * the load's place; the largest mean over 3 ms in the second half of the time before escapement,

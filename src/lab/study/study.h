@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * study.h - what the files of the study share with each other, the command and the tests. Not
- * installed.
+ * study.h - shared by the files of the study, the command and the tests. Not installed.
  *
  *   study.c  the order of the parts          pool.c   many simulations on threads
  *   stroke_details.c   one stroke, seen closely        static_escapement.c  the key pressed
@@ -80,7 +79,7 @@ stein_sim_def study_def(const study *s);
 stein_sim_def study_def_controlled(const study *s);
 /** A simulation as the jobs get it. */
 stein_status study_sim(const study *s, stein_sim **sim, stein_err *err);
-/** Find the reference stroke and what follows from it; `s` has model, threads, dt.
+/** Find the reference stroke and its results; `s` has model, threads, dt.
  *  @return OK, EINVAL or ENAME (the model lacks what a study needs), numerical failures */
 stein_status study_begin(study *s, stein_err *err);
 
@@ -103,7 +102,7 @@ typedef struct study_drive {
 } study_drive;
 study_drive study_drive_default(void);
 
-/** A stroke with what lab_stroke does not hold. NAN where there was none. */
+/** A stroke with further results beside lab_stroke. NAN where there was none. */
 typedef struct study_details {
     stein_status status;
     lab_stroke stroke;
@@ -263,7 +262,7 @@ typedef stein_status study_part_fn(const study *s, study_part *part, stein_err *
 study_part_fn study_paper, study_regulation, study_angle, study_touches, study_repetition,
     study_sensitivity, study_tolerance;
 
-/** The reference with parameter `param` changed by `by` [its unit], and what came of it. */
+/** The reference with parameter `param` changed by `by` [its unit], and its results. */
 typedef struct study_bend {
     int param;
     double by;

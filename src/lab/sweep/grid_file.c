@@ -77,7 +77,7 @@ static stein_status check_name(const char *name, const char *file, const lab_opt
     }
     return lab__fail(err, STEIN_EINVAL,
                      "vary %s: it is a structural zero, which is not in the equations; --set "
-                     "%s=VALUE brings it in, then it can be varied",
+                     "%s=VALUE adds it, then it can be varied",
                      name, name);
 }
 

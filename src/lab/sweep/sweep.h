@@ -36,7 +36,7 @@ stein_status lab__grid_add(lab_grid *grid, const char *name, const char *unit, c
 
 /* ---- sweep.c ---- */
 
-/** Find out what every point would fail with, by a run of one step: a stroke if the model names
+/** Find an error common to all points, by a run of one step: a stroke if the model names
  * one.
  *  @return OK (also when the file's own parameters fail numerically), EINVAL, ENOMEM */
 stein_status lab__check_points(const lab_model *model, double until, double release,

@@ -313,7 +313,7 @@ START_TEST(wrong_rows_are_refused_with_their_place)
         {"time [s],string_force [N],key_dip [mm]\n0,2,1\n1,2,2\n2,2,4\n3,2,3\n",
          ":1:10: ", "\"string_force\" is 2 N in all 4 samples"},
         {HEAD "0,1\n1,2\n0.5,3\n2,4\n", ":4:1: ", "the time goes back from 1 s to 0.5 s"},
-        {HEAD "0,1\n1,2\n1,3\n2,4\n", ":4:1: ", "the time 1 s stands twice"},
+        {HEAD "0,1\n1,2\n1,3\n2,4\n", ":4:1: ", "the time 1 s appears twice"},
         {HEAD "0,1\n1,2\n 2 ,nan\n3,1\n4,5\n", ":4:5: ", "key_dip \"nan\": not a finite number"},
         {HEAD "0,1\n1,-Inf\n2,2\n3,1\n4,5\n", ":3:3: ", "a missing sample is an empty cell"},
         {HEAD "0,1\n1,N/A\n2,2\n3,1\n4,5\n", ":3:3: ", "a missing sample is an empty cell"},

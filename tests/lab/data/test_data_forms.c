@@ -328,7 +328,7 @@ START_TEST(bad_files_are_told_in_one_message_each)
          ":3:3: key_dip \"NaN\": not a finite number; a missing sample is an empty cell (and 2 "
          "more"},
         {"time,key_dip\n0,1\n1,2\n1,3\n2,4\n2,1\n3,3\n",
-         ":4:1: the time 1 s stands twice, expected rows in increasing time (and 1"},
+         ":4:1: the time 1 s appears twice, expected rows in increasing time (and 1"},
         {"time,key_dip\n9,1\n8,2\n7,3\n6,4\n",
          ":3:1: the time goes back from 9 s to 8 s, expected rows in increasing time (and 2 more"},
         {"key_dip [m]\n1\n2\n1\n3\n",

@@ -292,7 +292,7 @@ START_TEST(the_head_says_what_was_added_and_from_which_data)
         "#     F0 = 0.2072 N, 95 %: 0.18648 N .. 0.22792 N\n",
         "#     x0 = ",
         "#     k_to_F0 = ",
-        "# From 12 records, and 6 held out, on which the error is 0.31 of what it was, 95 %: 0.28 ",
+        "# From 12 records, and 6 held out, where the error is 0.31 of the former one, 95 %: 0.28 ",
         " .. 0.36\n",
         "#   data f6_01.csv\n#   data f6_02.csv\n#   data f6_07.csv (held out)\n",
         "#   audit f6_01.csv: 2 frames are missing\n",
