@@ -288,7 +288,8 @@ START_TEST(blocks_that_are_cut_damaged_or_foreign_are_refused)
     stein_save(sim, saved);
     ck_assert_stein(stein_reset(sim, err));
     for (size_t n = 0; n < size; n++) {
-        unsigned char *cut = malloc(n + 1); // a separate block, so that a sanitizer detects reads beyond it
+        unsigned char *cut =
+            malloc(n + 1); // a separate block, so that a sanitizer detects reads beyond it
         memcpy(cut, saved, n);
         refuse_block(sim, cut, n, n < 64 ? "cut off" : "bytes, expected");
         free(cut);

@@ -23,8 +23,7 @@
 #include "hidden.h"
 
 enum { VALUES = 11, HEAD = 1000, MOST = 4 };
-static const double least = 0.1, begins = 1e-5,
-                    unit = 1e-4; /* of a press: check.c of the plan */
+static const double least = 0.1, begins = 1e-5, unit = 1e-4; /* of a press: check.c of the plan */
 
 /* numbers of instruments, what the answer calls what is hidden there, and when all is right */
 static const struct {

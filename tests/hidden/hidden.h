@@ -110,7 +110,7 @@ typedef struct score {
     int all_alike;        /* as all, with identical descriptions as one */
     char mechanism[NAME]; /* of tests/world; "-": the action */
     int offered;          /* the truth is one of the candidates of `stein effects` */
-    int tied;             /* effects that the records cannot distinguish from the truth (tests/world) */
+    int tied; /* effects that the records cannot distinguish from the truth (tests/world) */
     int first_tied, set_tied; /* first, in the set: the truth or one of those */
     char lost[NAME];          /* the step that lost the truth (truth.c); "-": none, or unknown */
 } score;

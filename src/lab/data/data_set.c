@@ -32,22 +32,25 @@ static int is_twin(const lab_data *a, const lab_data *b)
  */
 static void report_twins(const lab_dataset *set, int i, const lab_data_options *o)
 {
-    int n = 0, first = i, last = i;
+    const lab_data *one = set->stroke[i], *first = NULL, *last = NULL;
+    int n = 0;
     for (int k = 0; k < set->n; k++) {
-        if (k != i && is_twin(set->stroke[k], set->stroke[i])) {
+        if (k != i && is_twin(set->stroke[k], one)) {
             if (k < i) { // reported with that one
                 return;
             }
-            first = n == 0 ? k : first;
-            last = k;
+            last = set->stroke[k];
+            first = first == NULL ? last : first;
             n++;
         }
     }
-    const char *file = set->stroke[i]->file, *from = set->stroke[first]->file;
-    char *text = n == 0   ? NULL
-                 : n == 1 ? lab__text("%s: the same data as %s, counted twice", from, file)
-                          : lab__text("%s ... %s, %d files: the same data as %s, counted %d times",
-                                      from, set->stroke[last]->file, n, file, n + 1);
+    if (first == NULL) {
+        return;
+    }
+    char *text = n == 1
+                     ? lab__text("%s: the same data as %s, counted twice", first->file, one->file)
+                     : lab__text("%s ... %s, %d files: the same data as %s, counted %d times",
+                                 first->file, last->file, n, one->file, n + 1);
     if (text != NULL) {
         o->report(o->ctx, text);
     }
