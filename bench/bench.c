@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * bench.c - what an evaluation, a step and a stroke cost, and what others take for the same.
+ * bench.c - costs of an evaluation, a step and a stroke, here and in other programs.
  *
  *     build/bench [FILTER] [--csv FILE] [--plot FILE.svg]
  *

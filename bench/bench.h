@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * bench.h - what the files of the benchmark share.
+ * bench.h - shared by the files of the benchmark.
  *
  *   bench.c       options, order, CSV
  *   timing.c      cases, rounds, ratios
@@ -52,7 +52,7 @@ void *bench_alloc(size_t size);
 /** The end of the program when a call fails. */
 void bench_need(stein_status status, const stein_err *err, const char *what);
 
-/** What is timed has to be right: |error| <= bound, or the program ends with 1 after everything. */
+/** Timed code has to be correct: |error| <= bound, or the program ends with 1 after everything. */
 void bench_check(const char *what, double error, double bound);
 int bench_failures(void);
 

@@ -3,9 +3,9 @@
  * the mechanism.
  *
  * M by its composite bodies, made dense as ours is, c by its recursive Newton-Euler pass; forward
- * dynamics adds the sparse factors of M. Of the pipeline only what these need is called: positions,
- * inertias, velocities. What a body has out of the plane is neither given nor felt; the model
- * compiler needs inertias that a body can have, so all three equal the one about y.
+ * dynamics adds the sparse factors of M. Only the needed functions of the pipeline are called:
+ * positions, inertias, velocities. Properties out of the plane have no effect; the model compiler
+ * needs inertias that a body can have, so all three equal the one about y.
  */
 #include "mujoco.h"
 

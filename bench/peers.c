@@ -136,7 +136,7 @@ static int cvode_derivative(realtype t, N_Vector y, N_Vector f, void *ctx)
     return derivative(t, N_VGetArrayPointer(y), N_VGetArrayPointer(f), ctx);
 }
 
-/* Adams' formulas with fixed-point iteration: what suits a system that is not stiff */
+/* Adams' formulas with fixed-point iteration: settings for a system that is not stiff */
 static int run_cvode(const void *method, stein_sim *sim, double tolerance, const double *at, int n,
                      double *q, long *calls)
 {

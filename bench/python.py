@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What Python costs: a step by step(), one call a step, beside step(n), one call for all; a sweep
+"""Costs of Python: a step by step(), one call a step, beside step(n), one call for all; a sweep
 beside `stein sweep`; two simulations in two threads beside one after the other. Works that are compared
 take turns; the least time and the best ratio are printed."""
 import os

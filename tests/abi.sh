@@ -1,8 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
 # abi.sh - may a program that was linked with an earlier libstein.so run with this one? abidiff
-# against the description that tests/abi/ keeps (`make abi`), which is that of the last release or,
-# before the first one, what was accepted last. `abi.sh accept` (make abi-accept) keeps this one.
+# against the description that tests/abi/ keeps (`make abi`), the description of the last release
+# or, before the first one, the last accepted one. `abi.sh accept` (make abi-accept) keeps this one.
 #
 # New functions are welcome. A function that is gone, other arguments or another layout of a public
 # structure need a larger SOVERSION (packaging/install.mk) and version; then accept.

@@ -5,7 +5,7 @@
 #   sh tests/convert_data.sh DATA FOLDER
 #
 # DATA holds emps/, ball_drops/, piano_action/ with the files as they were published (see SOURCE.md
-# there); what is absent is left out. FOLDER gets one CSV file a record:
+# there); absent files are left out. FOLDER gets one CSV file a record:
 #   emps_train.csv, emps_pulses.csv      slide_motion [m], slide_force [N] = 35.15065 N/V vir
 #   emps_train_1.csv .. _4.csv, pulses   the same, one file a cycle of the programme (6.24 s)
 #   ball_NAME_DROP.csv                   height [m], with mass and diameter where they are known

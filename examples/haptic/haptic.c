@@ -5,7 +5,7 @@
  *   haptic [--live] [motion.csv] > felt.csv
  *
  * motion.csv has the columns time [s] and key angle [rad], one row a millisecond; without it a
- * stroke is made up. With --live a tick is a real millisecond, as a motor would have it; without it
+ * stroke is made up. With --live a tick is a real millisecond, as for a motor; without it
  * the loop runs as fast as it can. Times of the ticks go to standard error.
  *
  * A measured angle jumps from tick to tick, and a motion that is prescribed needs a speed and an

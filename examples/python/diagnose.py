@@ -3,8 +3,8 @@
 # # Diagnose a pendulum
 #
 # Six swings of a pendulum are measured, each let go from further out. The mechanism file contains a
-# viscous damping; what the swings really had is a drag with the square of the speed. Which effect
-# does the simulation lack?
+# viscous damping; the swings have a drag with the square of the speed. Which effect does the
+# simulation lack?
 
 # %%
 import os
@@ -43,7 +43,7 @@ print(fit, f"\nchi2/dof {fit.chi2_dof:.4g}")
 assert fit.status == "misfit"
 
 # %% [markdown]
-# The cause, its size with an interval, what else fits as well. A notebook shows the report here.
+# The cause, its size with an interval, its rivals. A notebook shows the report here.
 
 # %%
 diagnosis = stein.diagnose(pendulum, records)

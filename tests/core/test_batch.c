@@ -62,7 +62,7 @@ END_TEST
 
 enum { LOOKS = 60 };
 
-/* what is seen at times that have nothing to do with steps */
+/* looks at times that do not depend on steps */
 typedef struct eye {
     double every;
     int n;

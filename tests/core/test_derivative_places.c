@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * test_derivative_places.c - derivatives of qdd with contacts, laws, links, tables and inputs, at
- * places, against differences; by all at once against along one direction; what is refused.
+ * places, against differences; by all at once against along one direction; refusals.
  */
 #include <string.h>
 
@@ -52,7 +52,7 @@ static double step_of(const stein_param *param, double value)
     return strcmp(param->unit, "m") == 0 ? 4e-6 : strcmp(param->unit, "rad") == 0 ? 2e-5 : step;
 }
 
-/* differences are good to `rtol` of themselves and of what moves qdd as much as one step does */
+/* differences are accurate to `rtol` of themselves and of the change of qdd in one step */
 static void assert_slope(probe *k, const char *what, double *moved, double h, const double *slope,
                          double rtol)
 {
@@ -80,7 +80,7 @@ static void column(const double *matrix, int n, int j, double *out)
     }
 }
 
-/* all at once is what it is along each, to rounding */
+/* the derivative along all is the sum of derivatives along each, to rounding */
 static void check_along(stein_derivative *s, const double *by_q, const double *by_qd, int n)
 {
     double size = 0.0;
@@ -193,7 +193,7 @@ START_TEST(action_with_every_effect_of_every_law)
 }
 END_TEST
 
-/* what is closed in a running stroke, and the load away or in the air */
+/* closed contacts in a running stroke, and the load away or in the air */
 START_TEST(mechanisms_on_their_way)
 {
     for (int i = 0; stein_models[i] != NULL; i++) {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_drive.c - what drives a joint through a gear: the inertia of a rotor (armature), and a motor
+ * test_drive.c - drives of a joint through a gear: the inertia of a rotor (armature), and a motor
  * at a voltage; and the angle of a body against the frame.
  */
 #include <string.h>

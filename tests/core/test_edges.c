@@ -414,7 +414,7 @@ START_TEST(a_message_is_one_line_that_ends_in_time)
 }
 END_TEST
 
-/* a hammer that nothing can accelerate as its equations have it */
+/* a hammer with a mass matrix that its equations cannot solve */
 static void lose_mass(stein_sim *sim)
 {
     ck_assert_stein(stein_set(sim, "hammer.mass", 0.0, err));

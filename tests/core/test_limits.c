@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * test_limits.c - stops of joints: the law, its usual stiffness, alone and in lanes, its
- * derivatives, what is refused.
+ * derivatives, refusals.
  */
 #include <string.h>
 

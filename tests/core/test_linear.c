@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * test_linear.c - linearised mechanisms against closed forms: pendulums, a cart with a pole,
- * springs with transfer functions, contacts, linkages, steady motions. What is refused and told,
- * and both ways to A against each other: test_linear_ways.c.
+ * springs with transfer functions, contacts, linkages, steady motions. Refusals and messages, and
+ * both methods for A against each other: test_linear_ways.c.
  */
 #include "linear_support.h"
 
@@ -165,7 +165,7 @@ START_TEST(a_driven_spring_has_its_transfer_functions)
         // the base accelerates itself and, through spring and damper, the mass
         double complex force = -w * w * base * (0.4 + 1.3 * k * G);
         ck_assert_complex(linear_transfer(&x, "effort", "shake", w), force, 1e-9);
-        // the push is between base and mass: what is left of it accelerates the mass
+        // the push is between base and mass: the rest accelerates the mass
         ck_assert_complex(linear_transfer(&x, "effort", "push", w), -1.3 * w * w * G, 1e-9);
     }
     linear_end(&x);
@@ -210,7 +210,7 @@ START_TEST(a_reaction_has_its_slopes_by_states_and_inputs)
     ck_assert_close(D[2], 2.0 / 0.4, 1e-9, 0.0);
     ck_assert_double_lt(fabs(D[3]), 1e-9);
     ck_assert_double_lt(fabs(C[8]) + fabs(D[4]) + fabs(D[5]), 1e-8); // the size
-    ck_assert_close(D[6], 2.0 / 0.4, 1e-9, 0.0); // the cart takes what the rod needs, and its own
+    ck_assert_close(D[6], 2.0 / 0.4, 1e-9, 0.0); // the cart needs its own force and the rod's
     ck_assert_close(D[7], 3.0 * 0.2, 1e-9, 0.0);
     ck_assert_double_lt(fabs(stein_qdd(x.sim)[1]), 1e-12); // neither acts any more
     linear_end(&x);

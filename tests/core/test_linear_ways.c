@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * test_linear_ways.c - exact derivatives and differences against each other on mechanisms drawn at
- * random, linkages against differences of closed positions, what is refused and what stays.
+ * random, linkages against differences of closed positions, refusals, and unchanged simulations.
  */
 #include "linear_support.h"
 
@@ -38,7 +38,7 @@ static double ways_apart(linearised *x)
     for (int i = 0; i < n + ny; i++) {
         const double *a = i < n ? A + i * n : C + (i - n) * n;
         const double *b = i < n ? x->s->A + i * n : x->s->C + (i - n) * n;
-        double size = 1e-3; // outputs of what hardly moves
+        double size = 1e-3; // outputs that hardly move
         for (int j = 0; j < n; j++) {
             size = fmax(size, fabs(a[j]));
         }
@@ -157,7 +157,7 @@ START_TEST(both_ways_agree_on_piano_actions_with_their_felts)
 }
 END_TEST
 
-/* k in a spring of one's own */
+/* k in a spring by a hook */
 static void spring(void *ctx, double t, const double *q, const double *qd, double *Q)
 {
     (void)t, (void)qd;
@@ -216,7 +216,7 @@ START_TEST(linkages_are_as_differences_of_closed_positions)
 }
 END_TEST
 
-/* ---- what stays, what is left out, what is refused ---- */
+/* ---- unchanged simulations, omissions, refusals ---- */
 
 START_TEST(nothing_of_the_simulation_changes)
 {

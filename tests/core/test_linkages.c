@@ -118,7 +118,7 @@ static void swing(int n, double t, double y[2])
 {
     enum { STEPS = 20 };
     double w = 9.81 * (n + 0.5 * (n + 1)) / (n + (n + 1) / 3.0), h = t / STEPS;
-    for (int i = 0; i < STEPS; i++) { // Kutta's method, far finer than what it is compared with
+    for (int i = 0; i < STEPS; i++) { // Kutta's method, with far finer steps than the tested method
         double k1 = -w * cos(y[0]), k2 = -w * cos(y[0] + 0.5 * h * y[1]);
         double k3 = -w * cos(y[0] + 0.5 * h * y[1] + 0.25 * h * h * k1);
         double k4 = -w * cos(y[0] + h * y[1] + 0.5 * h * h * k2);

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_loops.c - closed loops and couplings: what is generated for them, qdd with them, how they
- * are closed, what is refused.
+ * test_loops.c - closed loops and couplings: generated functions, qdd, closing, refusals.
  */
 #include <string.h>
 
@@ -61,7 +60,7 @@ static double energy(stein_sim *sim)
     return kinetic + potential;
 }
 
-/* ---- what is generated ---- */
+/* ---- generated functions ---- */
 
 /* two branches on body a and a separate one; a point is moved along each axis of c and f */
 static const char every_kind[] =
@@ -184,7 +183,7 @@ START_TEST(rows_are_what_points_say_and_their_derivatives_those_of_differences)
             ck_assert_close(bias[i], rate, 1e-7, 1e-7);
         }
         check_gaps(&k, q, h);
-        for (int i = MEET; i < ROD; i++) { // what both branches hang on does not move them
+        for (int i = MEET; i < ROD; i++) { // the common parent of both branches does not move them
             ck_assert(J[i * 6] == 0.0);
         }
     }
@@ -569,7 +568,7 @@ START_TEST(a_motion_beyond_reach_ends_with_the_name_of_the_loop)
 }
 END_TEST
 
-/* ---- what is refused ---- */
+/* ---- refusals ---- */
 
 START_TEST(what_does_not_know_loops_says_so)
 {

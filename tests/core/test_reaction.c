@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_reaction.c - what joints and loops transmit: closed forms, Newton's law of single bodies, a
+ * test_reaction.c - reactions of joints and loops: closed forms, Newton's law of single bodies, a
  * linkage solved by hand, and joints that are held instead, with their holding forces.
  */
 #include <string.h>
@@ -20,7 +20,7 @@ static double reads(stein_sim *sim, const char *name)
 
 /* ---- closed forms ---- */
 
-/* A chain that hangs: each joint carries what is below it. */
+/* A chain that hangs: each joint carries the bodies below it. */
 START_TEST(a_hanging_chain_pulls_with_the_weight_below)
 {
     stein_sim *sim =
@@ -78,7 +78,7 @@ START_TEST(a_pendulum_pulls_with_its_weight_and_what_keeps_it_in_a_circle)
 }
 END_TEST
 
-/* A spring, a motor and a gear act in the joint: about its axis they are what it transmits. */
+/* A spring, a motor and a gear act in the joint: about its axis they are the reaction. */
 START_TEST(what_acts_in_a_joint_is_part_of_its_reaction)
 {
     stein_sim *sim =
@@ -231,7 +231,7 @@ END_TEST
 
 /* The same mechanism twice: `arm` on its joint with a reaction output, and on six more joints that
  * are held, with outputs of their holding forces (read: force of an input, by inverse dynamics).
- * Contacts, links, inputs and loops act on what it carries. */
+ * Contacts, links, inputs and loops act on its children. */
 static const char parts[] =
     "  arm: {parent: %s, joint: R z, mass: 0.7 kg, centre: [0.2 m, 0.05 m, 0.1 m], "
     "inertia: {xx: 3e-3, yy: 4e-3, zz: 5e-3, xy: 4e-4, xz: -3e-4, yz: 2e-4}, damping: 0.2, "
@@ -332,7 +332,7 @@ START_TEST(a_reaction_is_what_held_joints_need)
 }
 END_TEST
 
-/* ---- what rests, what is refused ---- */
+/* ---- bodies at rest, refusals ---- */
 
 /* An arm that sticks on a wall: pin, wall and weight are in equilibrium. */
 START_TEST(what_sticks_is_a_force_as_well)

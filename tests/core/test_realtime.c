@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_realtime.c - what a real-time host relies on: no system call, no allocation, errno
+ * test_realtime.c - guarantees for a real-time host: no system call, no allocation, errno
  * unchanged. Parameters from another thread arrive whole, late or never, but never torn, and never
  * faster than their pace.
  */
@@ -21,7 +21,7 @@
 #include "stein/handover.h"
 #include "support.h"
 
-/* steps of the sandboxed run; one stroke, and what is done at its end */
+/* steps of the sandboxed run; one stroke, and the calls at its end */
 enum { STEPS = SANITIZED ? 100000 : 1000000, STROKE = 12000, RELEASE = 9000, RETUNE = 500 };
 
 /* ---- the sandbox ---- */
@@ -31,8 +31,8 @@ typedef struct host {
     stein_sim *sim;
     stein_handover *handover;
     void *start;  /* state at the beginning of a stroke */
-    double push;  /* input without a signal: what the hooks have seen */
-    double heard; /* sum of what was read */
+    double push;  /* input without a signal: calls of the hooks */
+    double heard; /* sum of the readings */
     int events, retunes;
 } host;
 
@@ -94,7 +94,7 @@ static stein_status host_step(host *h, int i)
     return status;
 }
 
-/* what became of it, as a number that every bit counts in (FNV-1a) */
+/* a hash of all bits of the result (FNV-1a) */
 static unsigned long long fingerprint(const host *h)
 {
     unsigned char state[1024];

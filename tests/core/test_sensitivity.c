@@ -205,7 +205,7 @@ static double nobody(void *ctx, stein_sim *sim)
     return *(double *)ctx += 1.3e-3;
 }
 
-/* steps of controlled error, looked at inside: the state at the end of the same steps */
+/* steps of controlled error, with looks inside: the state at the end of the same steps */
 START_TEST(they_ride_with_steps_of_controlled_error)
 {
     const stein_model *model = &stein_model_stein1788;

@@ -589,7 +589,7 @@ START_TEST(heights_of_a_thrown_cube_tell_gravity)
 }
 END_TEST
 
-/* ---- what is refused ---- */
+/* ---- refusals ---- */
 
 START_TEST(what_does_not_know_space_says_so)
 {

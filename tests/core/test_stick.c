@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_stick.c - friction that sticks: closed forms, places that hold the same, rest to the bit,
- * what it goes together with and what it does not.
+ * test_stick.c - friction that sticks: closed forms, places with the same constraint, rest to the
+ * bit, allowed and refused combinations.
  */
 #include <string.h>
 
@@ -518,7 +518,7 @@ START_TEST(a_saved_state_continues_with_the_same_bits)
 }
 END_TEST
 
-/* an equilibrium has no friction, and what is at rest then stays there */
+/* an equilibrium has no friction, and a body at rest then stays there */
 START_TEST(a_mechanism_settles_without_its_friction_and_sticks_there)
 {
     stein_sim *sim = NULL;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_stiff.c - implicit steps: their order, when they are chosen, what they cost, against closed
- * forms and, for the stiff governor, equations written by hand and another integrator.
+ * test_stiff.c - implicit steps: their order, their choice and their cost, against closed forms
+ * and, for the stiff governor, equations written by hand and another integrator.
  */
 #include <string.h>
 
@@ -56,7 +56,7 @@ START_TEST(implicit_steps_have_order_five)
 }
 END_TEST
 
-/** What is seen inside of a step, the first time and against that. */
+/** States inside of a step, stored at first and then compared. */
 typedef struct eye {
     double (*seen)[4], dt, off;
     int i, first;
@@ -184,7 +184,7 @@ START_TEST(a_saved_state_continues_with_the_same_kind_of_steps_and_the_same_bits
         ck_assert_mem_eq(end[0], end[1], stein_state_size(sim));
         ck_assert_stein(stein_restore(sim, block, err));
     }
-    ck_assert(counts_of(other).changes == 2); // the third block said it
+    ck_assert(counts_of(other).changes == 2); // the third block contains it
     stein_sim_destroy(sim);
     stein_sim_destroy(other);
     lab_close(model);
@@ -317,7 +317,7 @@ START_TEST(links_off_the_plane_are_derived_exactly)
 }
 END_TEST
 
-/* ---- what has none ---- */
+/* ---- mechanisms without implicit steps ---- */
 
 static void hook(void *ctx, double t, const double *q, const double *qd, double *Q)
 {

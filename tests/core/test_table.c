@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * test_table.c - laws given by points: the curve, where it acts, what the reader refuses.
+ * test_table.c - laws given by points: the curve, its places, refusals of the reader.
  */
 #include <math.h>
 

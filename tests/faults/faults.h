@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * faults.h - what the files of this folder share.
+ * faults.h - shared by the files of this folder.
  *
  *   main.c       one failure after the other
  *   memory.c     malloc and its kin, which can be told to fail
@@ -40,7 +40,7 @@ int memory_places(const long **first);
 /* ---- files.c ---- */
 
 enum { FILES_PATH = 80 };
-/** A folder of our own and what is in it. */
+/** A temporary folder and its contents. */
 typedef struct things {
     char folder[40], out[FILES_PATH], journal[FILES_PATH];
     const char *yaml;                           /* of the pendulum */
@@ -66,7 +66,7 @@ uint64_t files_hash(const char *path);
 
 /* ---- calls ---- */
 
-/** A call: OK and a hash of what came out, or an error. */
+/** A call: OK and a hash of the result, or an error. */
 typedef stein_status call(uint64_t *result, stein_err *err);
 
 /** The last one of a table has no name. */

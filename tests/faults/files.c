@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * files.c - what the calls read: measured swings, a motion, a compiler that compiles nothing.
+ * files.c - files for the calls: measured swings, a motion, a compiler that compiles nothing.
  */
 #define _DEFAULT_SOURCE
 #include <math.h>

@@ -90,7 +90,7 @@ static void fail_all(const call_entry *c, int stride)
     stein_err err = {STEIN_OK, ""};
     uint64_t expected = 0;
     long n = 0;
-    c->call(&expected, &err); // what is kept for ever (buffers, caches) is there now
+    c->call(&expected, &err); // permanent buffers and caches exist now
     if (c->call(&expected, &err) != STEIN_OK) {
         printf("FAILED: %s: %s\n", c->name, err.msg);
         wrong++;

@@ -122,7 +122,7 @@ void free(void *block)
     __libc_free(block);
 }
 
-/* ---- what is asked of it ---- */
+/* ---- controls ---- */
 
 void memory_begin(void)
 {

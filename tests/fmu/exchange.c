@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * exchange.c - model exchange: an integrator of our own, Runge-Kutta 4 with events by bisection,
- * against the same mechanism in co-simulation; what is refused; states that are kept.
+ * against the same mechanism in co-simulation; refusals; states that are kept.
  */
 #include <math.h>
 #include <stdarg.h>
@@ -236,7 +236,7 @@ static void start(motion *m, unit *u, const fmu *f)
     claim(get_states(u, m->x, m->nx) == OK && get_indicators(u, m->z, m->nz) == OK, "its state");
 }
 
-/* ---- what is claimed ---- */
+/* ---- claims ---- */
 
 /* the outputs of a co-simulation at t */
 static int outputs_of(const fmu *f, const char *input, double value, double t, double *y)

@@ -51,7 +51,7 @@ int fmu_open(fmu *f, int version, const char *library, const char *file);
 /* statuses of both versions */
 enum { OK = 0, DISCARD = 2, FAILED = 3, NO_INSTANCE = 4 };
 
-/** An instance, and what it has said. */
+/** An instance and its messages. */
 typedef struct unit {
     const fmu *f;
     void *c;

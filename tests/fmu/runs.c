@@ -504,7 +504,7 @@ void check_discard(const fmu *f)
     unit_free(&a);
     unit_free(&b);
 
-    // events are told when they are asked for
+    // events are logged on request
     claim(unit_start(&a, f) == OK && unit_log(&a, 1, 1, (const char *[]){"logEvents"}) == OK,
           "events");
     t = 0.0;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * fuzz.h - what the fuzz targets share. A target is one function of bytes; `make fuzz` links it
+ * fuzz.h - shared by the fuzz targets. A target is one function of bytes; `make fuzz` links it
  * with clang's libFuzzer and lets it run, `make check` feeds it the kept files of
  * tests/fuzz/corpus/.
  *

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * state.c - damaged state blocks. The input is laid over a saved one; first unchanged, then with a
- * correct checksum, so that the values are checked. What is accepted goes on.
+ * correct checksum, so that the values are checked. Accepted states are simulated further.
  */
 #include "core.h"
 #include "fuzz.h"

@@ -178,7 +178,7 @@ START_TEST(articulated_bodies_agree_with_lagrange)
         for (int i = 0; i < n; i++) {
             m->bodies[i].type = 'R';
             m->bodies[i].axis = planar ? 'y' : m->bodies[i].axis;
-            for (int l = 0; l < 3; l++) { // what slides needs no inertia
+            for (int l = 0; l < 3; l++) { // a sliding body needs no inertia
                 mech_scalar *own = &m->bodies[i].inertia[l];
                 if (own->kind == MECH_ZERO) {
                     *own = (mech_scalar){MECH_PARAM, m->nparam, 0.7};

@@ -231,8 +231,8 @@ START_TEST(other_texts_are_those_that_were_accepted)
     char *was = strtok_r(golden, "\n", &was_left), *is = strtok_r(now, "\n", &now_left);
     while (was != NULL && is != NULL) {
         ck_assert_msg(strcmp(was, is) == 0,
-                      "the text is another one: \"%s\", accepted was \"%s\". Compare what steingen "
-                      "writes before and now; make golden accepts it",
+                      "the text is another one: \"%s\", accepted was \"%s\". Compare the output of "
+                      "steingen with the golden one; make golden accepts it",
                       is, was);
         was = strtok_r(NULL, "\n", &was_left);
         is = strtok_r(NULL, "\n", &now_left);

@@ -160,12 +160,12 @@ void draw_paths(const setup *s, const char *level, int draw, char set[PATH], cha
 /** Results of the file count as judged here. @return 0, also when there is no file yet; -1 after a
  *  message */
 int record_read(const setup *s);
-/** The file with what has been judged in it. @return 0, -1 after a message */
+/** The file with the judged results in it. @return 0, -1 after a message */
 int record_write(const setup *s);
 
 /* ---- judge.c ---- */
 
-/** Compare what was found with the answer. @return 0, -1 after a message */
+/** Compare the result with the answer. @return 0, -1 after a message */
 int judge(const setup *s, const char *answer, const char *out, score *result);
 /** `stein effects MODEL --json`, or NULL. @param out  a path to write beside */
 tree *judge_effects(const setup *s, const char *out);
@@ -178,7 +178,7 @@ int names_alike(const tree *candidates, names a, names b);
 
 /* ---- truth.c ---- */
 
-/** Which step lost what was hidden: from the trace in the folder of results. */
+/** The step that lost the hidden effect: from the trace in the folder of results. */
 void truth_judge(const char *out, const tree *found, const tree *answer, const tree *candidates,
                  score *r);
 
@@ -197,13 +197,13 @@ int twin_separated(const tree *before, const tree *after, const tree *answer,
 
 /* ---- check.c ---- */
 
-/** Check instruments, and state what is found in copies of the set's strokes.
+/** Check instruments, and state the results in copies of the set's strokes.
  *  @param checks  "check" of an experiment
  *  @param times   as often
  *  @param to      folder of the copies
  *  @return 0, -1: it cannot be done here, or after a message */
 int check_make(const tree *checks, const tree *answer, int times, const char *set, const char *to);
-/** Would they find what is hidden? */
+/** Would they find the hidden effect? */
 int check_covers(const tree *checks, const tree *answer);
 
 /* ---- table.c ---- */

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * judge.c - what was found against what was hidden.
+ * judge.c - the result against the hidden effect.
  *
- * Right cause and place: kind and place of the first cause are the answer's. The set: all
- * causes and what is reported as indistinguishable. Class: the verdict.
+ * Right cause and place: kind and place of the first cause are the answer's. The set: all causes
+ * and their rivals. Class: the verdict.
  *
  * Some descriptions are exactly the same (a contact that lies deeper and a line that is shifted):
  * one of them is a candidate, and `stein effects MODEL --json` lists the others as `also_called`.

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * truth.c - which step of a diagnosis lost what was hidden, from its trace.
+ * truth.c - the step of a diagnosis that lost the hidden effect, from its trace.
  *
  *   not_offered    it is no candidate of the mechanism
  *   not_evaluated  no row has it, that is, no proposer asked for it with enough to gain

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_data.c - reading measured data: what is accepted, and every refusal with its place.
+ * test_data.c - reading measured data: accepted files, and every refusal with its place.
  */
 #include <locale.h>
 
@@ -14,7 +14,7 @@ static const stein_model *const action = &stein_model_stein1788;
 /* rows of a plausible record, to follow a header of time and one channel */
 #define ROWS "0,1.5\n1,1.75\n2.5,1.125\n3,1.0625\n4,\n"
 
-/* ---- what is accepted ---- */
+/* ---- accepted files ---- */
 
 START_TEST(every_part_of_a_file_is_kept_in_si)
 {
@@ -80,7 +80,7 @@ START_TEST(every_part_of_a_file_is_kept_in_si)
 }
 END_TEST
 
-/* a wire that the model does not have: nothing is set, and what was taken off is known */
+/* a wire that the model does not have: nothing is set, and the removed part is known */
 START_TEST(a_part_that_was_taken_off_is_noted)
 {
     const char *path = write_file("a.csv", "# set key_wire.k: 0 N/m\n# set load.mass: 90 g\n"
@@ -121,7 +121,7 @@ START_TEST(a_setting_is_known_to_its_last_digit)
 }
 END_TEST
 
-/* what somebody measured by itself: the stroke has the last word of it, also when it is set, too */
+/* separately measured numbers: the stroke has the last word of it, also when it is set, too */
 START_TEST(a_number_that_is_known_has_the_last_word)
 {
     const char *path = write_file("a.csv", "# known key.front.x: 18.2 cm\n# set load.mass: 90 g\n"
@@ -134,7 +134,7 @@ START_TEST(a_number_that_is_known_has_the_last_word)
     ck_assert_int_eq(d->nset, 4);
     ck_assert_str_eq(d->set[0].name, "key.front.x");
     ck_assert(d->set[0].value == 0.182);
-    static const int last[] = {1, 0, 1, 1}; // instruments are looked at before they are set
+    static const int last[] = {1, 0, 1, 1}; // instruments are checked before they are set
     for (int i = 0; i < d->nset; i++) {
         ck_assert_int_eq(d->set[i].last_word, last[i]);
     }

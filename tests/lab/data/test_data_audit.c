@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_data_audit.c - the audit finds again what was put into a synthetic record, and judges the
- * measurements made by others, where they are present.
+ * test_data_audit.c - the audit recovers the properties of a synthetic record, and audits
+ * measurements of others, where they are present.
  *
  * Limits are the errors of the estimators at these record lengths, over several seeds: noise +-15
  * %, steps +-2 %, jitter +-15 %, ends of rests by a few ms (the motion begins as a t^2 / 2).
@@ -351,7 +351,7 @@ START_TEST(a_trigger_that_does_not_fit_is_told)
 {
     lab_data *d;
     camera c = camera_default(33);
-    lab_audit *a = audit_film("", c, NULL, &d); // 51.7 ms of rest, and nothing is said
+    lab_audit *a = audit_film("", c, NULL, &d); // 51.7 ms of rest, and no finding
     ck_assert(!a->trigger_fits);
     ck_assert_int_eq(was_found(a, "nothing moves until 5"), 1);
     close_both(a, d);
@@ -501,7 +501,7 @@ START_TEST(a_stroke_that_contradicts_its_settings_is_refused)
     ck_assert_int_eq(s.n, 1);
     ck_assert_ptr_nonnull(strstr(s.text[0], "film.csv:3:7: \"string_distance\" rests at 39.2"));
     ck_assert_ptr_nonnull(strstr(s.text[0], "the model with these settings at 40.4"));
-    value[0] = NAN; // what is not expected is not compared
+    value[0] = NAN; // columns without an expected value are not compared
     ck_assert_stein(lab_data_check_rest(a, value, tolerance, hear, &s, err));
     close_both(a, d);
     lab_close(model);

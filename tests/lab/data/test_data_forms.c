@@ -198,7 +198,8 @@ START_TEST(wrapped_angles_are_made_continuous)
 }
 END_TEST
 
-/* an inverted arm trembles about +-180 deg; what leaves one turn, or jumps by less, is no wrap */
+/* an inverted arm trembles about +-180 deg; an angle beyond one turn, or a smaller jump, is no
+ * wrap */
 START_TEST(only_wraps_are_unwrapped)
 {
     static const char *const text[] = {
@@ -215,7 +216,7 @@ START_TEST(only_wraps_are_unwrapped)
 }
 END_TEST
 
-/* what others read of ours is read by us */
+/* the plain form for other programs is read here too */
 START_TEST(a_plain_table_reads_back_bit_for_bit)
 {
     stein_sim *sim = make_sim(action, STEIN_RK4, 0.0);
@@ -313,7 +314,7 @@ START_TEST(two_hundred_files_are_read_with_progress)
 }
 END_TEST
 
-/* one message for a file, with its place and what would be right */
+/* one message for a file, with its place and the expected titles */
 START_TEST(bad_files_are_told_in_one_message_each)
 {
     static const struct {

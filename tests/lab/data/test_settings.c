@@ -95,7 +95,7 @@ START_TEST(metres_for_millimetres_end_in_time)
 }
 END_TEST
 
-/* what a slip of the pen does not explain is left to the diagnosis */
+/* errors that no slip of the pen explains are left to the diagnosis */
 START_TEST(a_setting_that_is_a_little_off_is_accepted)
 {
     *setting(1, "load.mass") = 0.103;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_measured.c - measurements made by others: what they published is found in their data.
+ * test_measured.c - measurements made by others: their published results are found in their data.
  *
  * The files are not part of this project; where they are absent the tests are skipped.
  */
@@ -311,7 +311,8 @@ START_TEST(a_diagnosis_of_the_axis_finds_its_friction_and_its_offset)
 }
 END_TEST
 
-/* what its authors found after years: the screw is worn, and slides harder one way than the other
+/* the result of its authors after years: the screw is worn, and slides harder one way than the
+ * other
  */
 START_TEST(its_friction_differs_by_direction_and_leaves_no_offset)
 {

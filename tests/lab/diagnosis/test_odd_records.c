@@ -206,7 +206,7 @@ START_TEST(settings_that_are_off_within_their_last_digit_are_no_physics)
 }
 END_TEST
 
-/* and no physics imitates them beside what is missing */
+/* and no effect imitates them beside the missing one */
 START_TEST(beside_settings_that_are_off_a_cause_is_named_alone)
 {
     const char *data[SWINGS + 1] = {NULL};
@@ -242,7 +242,8 @@ START_TEST(what_acts_in_all_records_is_no_change)
 }
 END_TEST
 
-/* no verdict on the mechanism, but what would fit is named and written; with it nothing is left */
+/* no verdict on the mechanism, but the fitting sign is named and written; with it nothing is
+ * left */
 START_TEST(a_channel_that_all_records_mirror_has_the_gain_that_fits_in_the_extended_file)
 {
     static const char *const truth[] = {"angle.sensor.gain=-1", NULL};

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_effects.c - the table of effects: names, places, and that every candidate of a mechanism is
- * a parameter that moves what is predicted, and at its neutral value nothing at all.
+ * test_effects.c - the table of effects: names, places; every candidate of a mechanism is a
+ * parameter that changes the prediction, and has no effect at its neutral value.
  */
 #include <math.h>
 #include <stdlib.h>

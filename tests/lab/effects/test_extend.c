@@ -455,7 +455,7 @@ START_TEST(an_entry_goes_where_the_others_of_its_mapping_are)
         ck_assert_stein(lab__yaml_edit_add_key(s, add[i].path, add[i].entry, err));
         closed_up(s, cart, add[i].from, add[i].to);
     }
-    // sections that are new stand behind the others, each once, above what is said at the end
+    // new sections follow the others, each once, above the comments at the end
     lab__yaml_edit *s = open_up(cart);
     ck_assert_stein(lab__yaml_edit_add(s, "tables", "a: 1", err));
     ck_assert_stein(lab__yaml_edit_add(s, "links", "b: 2", err));

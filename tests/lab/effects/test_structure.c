@@ -393,7 +393,7 @@ START_TEST(a_compliance_towards_zero_is_the_mechanism_without_it)
 }
 END_TEST
 
-/* the inner piece is what is left of the whole, whatever the whole becomes */
+/* the inner piece is the rest of the whole, for every change of the whole */
 START_TEST(a_cut_link_is_weighed_as_a_whole)
 {
     lab_model *model = open_file(file), *extended = NULL;

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_initial.c - initial states come from the records, and what keeps a record from beginning as
- * the model moves is named.
+ * test_initial.c - initial states come from the records, and faults that prevent it are named.
  *
  * The records begin in mid-motion; the mechanism's file only states the start of its own run.
  */

@@ -317,7 +317,7 @@ START_TEST(projects_that_are_not_in_order_are_refused_by_place)
     ck_assert_int_eq(
         lab_import(in_folder("none"), "-", LAB_INERTIA_REFUSE, NULL, NULL, NULL, &told), STEIN_EIO);
 
-    // an inertia that no body has: written, and told by the line of what was written
+    // an inertia that no body has: written, and reported by the line of the written file
     const char *to = in_folder("heavy.yaml");
     ck_assert_int_eq(lab_import(changed(text, "<Ixx>0.017</Ixx>", "<Ixx>1.7</Ixx>"), to,
                                 LAB_INERTIA_REFUSE, NULL, NULL, NULL, &told),

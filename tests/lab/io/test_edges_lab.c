@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_edges_lab.c - what is read, at its edges: projects of other programs that are as large as
+ * test_edges_lab.c - edge cases of input: projects of other programs that are as large as
  * they can be, or empty; mechanisms that no file holds; rows that belong to no table; records with
  * columns without information.
  */

@@ -84,7 +84,7 @@ static void act(void *ctx, double t, const double *q, const double *qd, double *
     Q[0] += *law != NULL ? (*law)(q[0], qd[0]) : shaken(t);
 }
 
-/** A diagnosis with what it refers to. */
+/** A diagnosis with its model and data. */
 typedef struct case_t {
     char path[STROKES][200];
     lab_model *model;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_law_search.c - the steps of the search for a law: what scores where an observer holds the
- * model near the records, how the fit of a curve ends, what is said of it; and normal equations of
- * which most unknowns stay.
+ * test_law_search.c - the steps of the search for a law: scores while an observer holds the model
+ * near the records, ends of the fit of a curve, messages about it; and normal equations of which
+ * most unknowns stay.
  *
  * The law is a hump of potential on a pendulum's way: slow swings turn back before it, fast ones go
  * over. Without it no fit is anywhere near the swings.

@@ -74,7 +74,7 @@ START_TEST(any_column_of_a_cause_may_imitate_and_the_best_one_acts)
 }
 END_TEST
 
-/* ---- records that are meant ---- */
+/* ---- planned records ---- */
 
 static lab_model *model;
 

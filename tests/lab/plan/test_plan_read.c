@@ -155,7 +155,7 @@ START_TEST(what_is_no_object_is_no_diagnosis)
 }
 END_TEST
 
-/* ---- what is written for one ---- */
+/* ---- files of a plan ---- */
 
 START_TEST(a_stroke_to_be_made_has_its_input_and_every_channel_to_be_measured)
 {

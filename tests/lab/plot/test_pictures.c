@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_pictures.c - what is drawn of sweeps and records: the scripts that gnuplot is given, read in
+ * test_pictures.c - pictures of sweeps and records: the scripts that gnuplot is given, read in
  * its place.
  */
 #include "lab_support.h"

@@ -318,7 +318,7 @@ START_TEST(the_page_stands_alone_and_takes_no_text_for_markup)
     const char *path = in_folder("report.html");
     ck_assert_stein(lab_diagnosis_page(path, d, err));
     char *text = contents(path);
-    // what the audit quoted is there, but as text
+    // quotes of the audit are there, escaped
     char *quoted = strstr(text, "src=&#39;http://x&#39;");
     ck_assert_ptr_nonnull(quoted);
     memset(quoted, 'x', strlen("src=&#39;http://x&#39;"));
@@ -336,7 +336,7 @@ END_TEST
 
 /* ---- texts and numbers ---- */
 
-/* what one call writes */
+/* output of one call */
 #define WRITES(expected, call)                              \
     do {                                                    \
         char *written = NULL;                               \
@@ -613,7 +613,7 @@ START_TEST(a_cause_that_is_in_no_table_has_a_place_and_no_kind)
 }
 END_TEST
 
-/* ---- what is drawn ---- */
+/* ---- pictures ---- */
 
 START_TEST(a_range_is_never_empty)
 {

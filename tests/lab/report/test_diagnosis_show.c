@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_diagnosis_show.c - what a diagnosis shows: phases, departures, missing forces.
+ * test_diagnosis_show.c - contents of a diagnosis: phases, departures, missing forces.
  */
 #include "diagnosing.h"
 #include "fit_support.h"
@@ -46,7 +46,7 @@ static void film_strokes(const char *data[STROKES + 1], const char *const *truth
     data[STROKES] = NULL;
 }
 
-/* fit what is free, then everything that is shown */
+/* fit the free numbers, then make all displays */
 static void show(shown *s, const char *const *truth)
 {
     static const char *const names[] = {"notch.friction.A", "hammer.inertia.yy", NULL};

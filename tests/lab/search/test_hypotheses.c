@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * test_hypotheses.c - hypotheses as values, the table of rows, linear models written by hand and
- * what proposers make of them, and the trace. Nothing is simulated.
+ * the proposals from them, and the trace. Nothing is simulated.
  */
 #include <ctype.h>
 #include <math.h>
@@ -13,7 +13,7 @@
 
 enum { COULOMB, PRELOAD, DRAG, MASS, CLOCK, DELAY, CENTRE, KINDS, MOST = 12 };
 
-/* ---- what tables are made of ---- */
+/* ---- elements of tables ---- */
 
 /* a problem that has nothing but candidates */
 typedef struct world {
