@@ -325,7 +325,7 @@ START_TEST(further_strokes_are_made_in_the_same_world)
 }
 END_TEST
 
-START_TEST(what_this_laboratory_has_not_is_refused)
+START_TEST(an_instrument_that_the_laboratory_lacks_is_refused)
 {
     static const char *const asked[] = {"--set hammer.colour=3",  "--set hammer.mass=heavy",
                                         "--drive pedal,rise,1,1", "--drive finger,swing,1,0.1",
@@ -371,7 +371,7 @@ Suite *outside_suite(void)
     tcase_add_test(tc, a_relaxing_felt_is_the_same_in_the_core);
     tcase_add_test(tc, no_sum_of_known_laws_is_one_of_these);
     tcase_add_test(tc, further_strokes_are_made_in_the_same_world);
-    tcase_add_test(tc, what_this_laboratory_has_not_is_refused);
+    tcase_add_test(tc, an_instrument_that_the_laboratory_lacks_is_refused);
     tcase_add_test(tc, sets_of_twins_are_made_of_one_stroke);
     suite_add_tcase(suite, tc);
     return suite;

@@ -354,7 +354,7 @@ START_TEST(several_steps_in_one_go_end_with_the_first_event)
 }
 END_TEST
 
-START_TEST(looking_on_changes_nothing_and_what_was_changed_counts)
+START_TEST(looking_changes_nothing_and_changes_between_steps_count)
 {
     twins t;
     if (!has_width(&stein_model_stein1788, widths[_i])) {
@@ -438,7 +438,7 @@ START_TEST(a_simulation_that_fails_fails_alone_with_the_words_it_always_has)
 }
 END_TEST
 
-START_TEST(a_batch_is_one_block_and_refuses_what_does_not_fit)
+START_TEST(a_batch_is_one_block_and_refuses_other_simulations)
 {
     const stein_model *model = &stein_model_stein1788;
     stein_sim_def def = stein_sim_def_default(model);
@@ -495,9 +495,9 @@ Suite *batch_suite(void)
     tcase_add_loop_test(tc, those_that_cannot_ride_run_alone_beside_those_that_can, 0, 4);
     tcase_add_test(tc, a_place_is_filled_again_while_others_go_on);
     tcase_add_loop_test(tc, several_steps_in_one_go_end_with_the_first_event, 0, 4);
-    tcase_add_loop_test(tc, looking_on_changes_nothing_and_what_was_changed_counts, 0, 4);
+    tcase_add_loop_test(tc, looking_changes_nothing_and_changes_between_steps_count, 0, 4);
     tcase_add_loop_test(tc, a_simulation_that_fails_fails_alone_with_the_words_it_always_has, 0, 4);
-    tcase_add_test(tc, a_batch_is_one_block_and_refuses_what_does_not_fit);
+    tcase_add_test(tc, a_batch_is_one_block_and_refuses_other_simulations);
     suite_add_tcase(suite, tc);
     return suite;
 }

@@ -357,7 +357,7 @@ static void hook(void *ctx, double t, const double *q, const double *qd, double 
         ck_assert_msg(strstr(refused.msg, words) != NULL, "%s", refused.msg); \
     } while (0)
 
-START_TEST(what_cannot_be_derived_is_refused)
+START_TEST(missing_derivatives_are_refused)
 {
     int blocks = 0;
     stein_model bare = stein_model_pendulum;
@@ -414,7 +414,7 @@ void derivative_places_cases(Suite *suite)
     tcase_add_test(places, mechanisms_on_their_way);
     tcase_add_loop_test(places, parts_that_no_file_has_together, 0, 2);
     tcase_add_test(places, chains_without_a_mass_matrix);
-    tcase_add_test(places, what_cannot_be_derived_is_refused);
+    tcase_add_test(places, missing_derivatives_are_refused);
     tcase_set_timeout(places, 60);
     suite_add_tcase(suite, places);
 }

@@ -191,7 +191,7 @@ static void bend(stein_sim *sim, int i)
     ck_assert_stein(stein_set_state(sim, 0.0, q, qd, err));
 }
 
-START_TEST(so_do_tables_and_what_is_held)
+START_TEST(so_do_tables_and_held_joints)
 {
     char *text =
         changed("inputs:\n", "tables:\n"
@@ -302,7 +302,7 @@ Suite *driven_suite(void)
     tcase_add_loop_test(tc, so_they_do_from_sample_to_sample, 0, 4);
     tcase_add_test(tc, an_acceleration_that_jumps_where_a_run_ends_is_seen);
     tcase_add_checked_fixture(tc, make_folder, remove_folder);
-    tcase_add_test(tc, so_do_tables_and_what_is_held);
+    tcase_add_test(tc, so_do_tables_and_held_joints);
     suite_add_tcase(s, tc);
     tc = tcase_create("compiled here"); // with writes that the memory sanitizer does not track
     tcase_set_tags(tc, "compiled");

@@ -249,7 +249,7 @@ START_TEST(a_closed_contact_acts_with_its_slope)
 }
 END_TEST
 
-START_TEST(what_is_at_its_edge_is_told)
+START_TEST(contacts_at_their_edge_are_listed)
 {
     linearised x = linear_begin(
         "mechanism: edges\n"
@@ -338,7 +338,7 @@ static double potential_at(linearised *x, const double *q, double share, double 
 
 /* With one degree of freedom w^2 = V''/J of potential and inertia over the coordinate, V' = 0: by
  * the polynomial through five places (divided differences). */
-START_TEST(a_four_bar_settles_and_swings_as_its_energies_say)
+START_TEST(a_four_bar_settles_and_swings_by_its_energies)
 {
     linearised x = linear_built_in(&stein_model_four_bar);
     double q[3], z[5], c[5], J[5];
@@ -367,7 +367,7 @@ END_TEST
 
 /* Two weights on a rope over a pulley, one on a spring: k x = (m2/2 - m1) g,
  * (m1 + m2/4) x'' + c/4 x' + k x = 0. */
-START_TEST(a_coupling_moves_what_follows)
+START_TEST(a_coupling_moves_its_follower)
 {
     linearised x = linear_begin("mechanism: weights\n"
                                 "bodies:\n"
@@ -449,10 +449,10 @@ Suite *linear_suite(void)
     tcase_add_test(tc, a_curved_instrument_has_its_slope_there);
     tcase_add_test(tc, a_reaction_has_its_slopes_by_states_and_inputs);
     tcase_add_test(tc, a_closed_contact_acts_with_its_slope);
-    tcase_add_test(tc, what_is_at_its_edge_is_told);
+    tcase_add_test(tc, contacts_at_their_edge_are_listed);
     tcase_add_test(tc, a_parallel_linkage_is_a_pendulum);
-    tcase_add_test(tc, a_four_bar_settles_and_swings_as_its_energies_say);
-    tcase_add_test(tc, a_coupling_moves_what_follows);
+    tcase_add_test(tc, a_four_bar_settles_and_swings_by_its_energies);
+    tcase_add_test(tc, a_coupling_moves_its_follower);
     tcase_add_test(tc, a_ball_joint_has_three_coordinates);
     tcase_add_test(tc, a_conical_pendulum_nods_about_its_steady_turn);
     suite_add_tcase(suite, tc);

@@ -275,7 +275,7 @@ static void refused(linearised *x, stein_status code, const char *words)
     ck_assert_ptr_null(s);
 }
 
-START_TEST(what_is_no_equilibrium_is_refused_with_its_acceleration)
+START_TEST(a_state_that_is_no_equilibrium_is_refused_with_its_acceleration)
 {
     linearised x = linear_built_in(&stein_model_pendulum);
     double quarter = 1.5707963267948966, down = 0.0, speed = 2.0;
@@ -289,7 +289,7 @@ START_TEST(what_is_no_equilibrium_is_refused_with_its_acceleration)
 }
 END_TEST
 
-START_TEST(what_cannot_be_linearised_says_why)
+START_TEST(refused_linearisations_state_the_reason)
 {
     linearised x = linear_begin(
         "mechanism: rests\n"
@@ -334,7 +334,7 @@ void linear_ways_cases(Suite *suite)
     tcase_add_test(tc, linkages_are_as_differences_of_closed_positions);
     tcase_add_test(tc, nothing_of_the_simulation_changes);
     tcase_add_test(tc, a_joint_that_sticks_does_not_move);
-    tcase_add_test(tc, what_is_no_equilibrium_is_refused_with_its_acceleration);
-    tcase_add_test(tc, what_cannot_be_linearised_says_why);
+    tcase_add_test(tc, a_state_that_is_no_equilibrium_is_refused_with_its_acceleration);
+    tcase_add_test(tc, refused_linearisations_state_the_reason);
     suite_add_tcase(suite, tc);
 }

@@ -236,7 +236,7 @@ static double value(const stein_sim *sim, const char *name)
     return v;
 }
 
-START_TEST(what_was_published_last_is_taken_and_nothing_else_is_touched)
+START_TEST(the_last_published_set_is_taken_and_other_values_are_untouched)
 {
     stein_sim *sim = make_sim(&stein_model_stein1788, STEIN_RK4, 0.0);
     stein_handover *h;
@@ -348,7 +348,7 @@ START_TEST(a_pace_keeps_energy_out_of_a_closed_contact)
 }
 END_TEST
 
-START_TEST(mistakes_are_told_and_change_nothing)
+START_TEST(mistakes_are_reported_and_change_nothing)
 {
     stein_sim *sim = make_sim(&stein_model_pendulum, STEIN_RK4, 0.0);
     stein_handover *h = NULL;
@@ -498,10 +498,10 @@ Suite *realtime_suite(void)
 #endif
     tcase_add_test(t, failures_leave_errno_alone_too);
     tcase_add_loop_test(t, the_work_of_a_step_is_bounded_and_none_fails, 0, 2);
-    tcase_add_test(t, what_was_published_last_is_taken_and_nothing_else_is_touched);
+    tcase_add_test(t, the_last_published_set_is_taken_and_other_values_are_untouched);
     tcase_add_test(t, a_pace_is_kept_in_simulated_time_and_the_end_is_met_exactly);
     tcase_add_test(t, a_pace_keeps_energy_out_of_a_closed_contact);
-    tcase_add_test(t, mistakes_are_told_and_change_nothing);
+    tcase_add_test(t, mistakes_are_reported_and_change_nothing);
     tcase_add_test(t, sets_of_another_thread_come_whole_and_in_order);
     suite_add_tcase(s, t);
     return s;

@@ -323,7 +323,7 @@ static void hook(void *ctx, double t, const double *q, const double *qd, double 
     Q[0] += 0.1;
 }
 
-START_TEST(what_cannot_be_followed_is_said)
+START_TEST(simulations_that_cannot_be_followed_are_refused)
 {
     const stein_model *model = &stein_model_stein1788;
     stein_sim *sim = make_sim(model, STEIN_RK4, 0.0);
@@ -362,7 +362,7 @@ END_TEST
 
 /* a sensitivity detects the end of its simulation and its replacement; a model with more joints is
  * refused before its state is read */
-START_TEST(who_has_to_get_off_says_so)
+START_TEST(a_detached_sensitivity_reports_it)
 {
     stein_sim *sim = make_sim(&stein_model_stein1788, STEIN_RK4, 0.0);
     stein_sensitivity *first = NULL, *second = NULL, *small = NULL;
@@ -432,8 +432,8 @@ Suite *sensitivity_suite(void)
     tcase_add_test(motions, they_ride_with_steps_of_controlled_error);
     tcase_add_test(motions, parameters_may_change_on_the_way);
     tcase_add_test(motions, a_simulation_does_not_notice);
-    tcase_add_test(motions, what_cannot_be_followed_is_said);
-    tcase_add_test(motions, who_has_to_get_off_says_so);
+    tcase_add_test(motions, simulations_that_cannot_be_followed_are_refused);
+    tcase_add_test(motions, a_detached_sensitivity_reports_it);
     tcase_add_test(motions, a_simulation_in_a_batch_is_ridden_with);
     tcase_set_timeout(motions, 60);
     suite_add_tcase(suite, motions);

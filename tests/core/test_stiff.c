@@ -362,7 +362,7 @@ static void check_refused(lab_model *model, int what, const char *why)
     stein_sim_destroy(sim[1]);
 }
 
-START_TEST(what_has_no_implicit_steps_stays_explicit_and_says_why)
+START_TEST(mechanisms_without_implicit_steps_stay_explicit_with_a_reason)
 {
     static const char pushed[] =
         "mechanism: pushed\nbodies: {rod: {joint: R -y, mass: 1 kg, centre: [0, 0, -0.3 m], "
@@ -384,7 +384,7 @@ START_TEST(what_has_no_implicit_steps_stays_explicit_and_says_why)
 END_TEST
 
 /* a stiff motion that may not be implicit reports it as well */
-START_TEST(a_stiff_motion_that_stays_explicit_says_why)
+START_TEST(a_stiff_motion_that_stays_explicit_has_a_reason)
 {
     lab_model *model = open_text(oil, NULL, 0);
     stein_sim *sim = sim_of(model, STEIN_CONTROLLED);
@@ -397,7 +397,7 @@ START_TEST(a_stiff_motion_that_stays_explicit_says_why)
 }
 END_TEST
 
-START_TEST(a_batch_takes_explicit_steps_unless_implicit_ones_are_asked_for)
+START_TEST(a_batch_takes_explicit_steps_unless_implicit_ones_are_requested)
 {
     static const stein_integrator kind[] = {STEIN_CONTROLLED, STEIN_IMPLICIT};
     lab_model *model = open_text(oil, NULL, 0);
@@ -468,9 +468,9 @@ Suite *stiff_suite(void)
     tcase_add_test(core, the_stiff_governor_agrees_with_equations_by_hand);
     tcase_add_test(core, implicit_steps_have_the_same_bits_everywhere);
     tcase_add_test(core, links_off_the_plane_are_derived_exactly);
-    tcase_add_test(core, what_has_no_implicit_steps_stays_explicit_and_says_why);
-    tcase_add_test(core, a_stiff_motion_that_stays_explicit_says_why);
-    tcase_add_test(core, a_batch_takes_explicit_steps_unless_implicit_ones_are_asked_for);
+    tcase_add_test(core, mechanisms_without_implicit_steps_stay_explicit_with_a_reason);
+    tcase_add_test(core, a_stiff_motion_that_stays_explicit_has_a_reason);
+    tcase_add_test(core, a_batch_takes_explicit_steps_unless_implicit_ones_are_requested);
     tcase_add_test(core, implicit_steps_are_made_in_the_block_of_the_simulation);
     tcase_set_timeout(core, 60);
     suite_add_tcase(suite, core);

@@ -331,7 +331,7 @@ START_TEST(every_part_of_a_mechanism_is_part_of_its_structure)
 }
 END_TEST
 
-START_TEST(what_is_built_in_is_found_by_its_structure)
+START_TEST(built_in_equations_are_found_by_their_structure)
 {
     int n = 0;
     for (const lab__structure *s = lab__structures; s->hash != NULL; s++, n++) {
@@ -359,7 +359,7 @@ Suite *digest_suite(void)
     tcase_add_loop_test(tc, mechanisms_of_one_structure_have_the_same_equations, 0, FILES);
     tcase_add_test(tc, values_are_no_structure_and_zeros_are);
     tcase_add_test(tc, every_part_of_a_mechanism_is_part_of_its_structure);
-    tcase_add_test(tc, what_is_built_in_is_found_by_its_structure);
+    tcase_add_test(tc, built_in_equations_are_found_by_their_structure);
     suite_add_tcase(suite, tc);
     return suite;
 }

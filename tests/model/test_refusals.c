@@ -38,7 +38,7 @@ START_TEST(an_unknown_key_is_named_with_the_one_that_was_meant)
 }
 END_TEST
 
-START_TEST(a_missing_key_is_named_at_what_lacks_it)
+START_TEST(a_missing_key_is_named_at_its_mapping)
 {
     static const refusal r[] = {
         {"mechanism: demo\n", "", "gravity", "the file lacks \"mechanism\""},
@@ -211,7 +211,7 @@ START_TEST(a_chain_of_formulas_is_followed_until_it_is_too_long)
 }
 END_TEST
 
-START_TEST(a_formula_has_limits_that_are_told)
+START_TEST(limits_of_formulas_are_reported)
 {
     static const refusal r[] = {
         {"radius: 1.9 mm", "radius: ((((((((((((((((((((((((((((((((((1 mm", "((1 mm",
@@ -533,12 +533,12 @@ void refusal_cases(Suite *suite)
 
     tcase_set_timeout(tc, 60.0);
     tcase_add_test(tc, an_unknown_key_is_named_with_the_one_that_was_meant);
-    tcase_add_test(tc, a_missing_key_is_named_at_what_lacks_it);
+    tcase_add_test(tc, a_missing_key_is_named_at_its_mapping);
     tcase_add_test(tc, a_number_of_the_wrong_kind_is_refused);
     tcase_add_test(tc, a_formula_that_makes_no_sense_is_refused);
     tcase_add_test(tc, formulas_that_refer_to_each_other_in_a_ring_are_refused);
     tcase_add_test(tc, a_chain_of_formulas_is_followed_until_it_is_too_long);
-    tcase_add_test(tc, a_formula_has_limits_that_are_told);
+    tcase_add_test(tc, limits_of_formulas_are_reported);
     tcase_add_test(tc, a_bad_name_is_refused);
     tcase_add_test(tc, a_name_used_twice_is_refused);
     tcase_add_test(tc, a_reference_to_nothing_is_refused);

@@ -346,7 +346,7 @@ END_TEST
 
 #define TIMES "# events string_force: begin\n"
 /* times of events that cannot be */
-START_TEST(wrong_times_of_events_are_told_at_their_place)
+START_TEST(wrong_times_of_events_are_reported_at_their_place)
 {
     static const bad_data bad[] = {
         {"# events strin_force: begin\nstrin_force [s]\n1\n",
@@ -440,7 +440,7 @@ START_TEST(a_load_cannot_be_set_where_there_is_none)
 }
 END_TEST
 
-START_TEST(all_problems_are_told_in_order_and_alike_ones_are_counted)
+START_TEST(all_problems_are_reported_in_order_and_equal_ones_are_counted)
 {
     lab_data_options o = lab_data_options_default(action);
     said s = {.n = 0};
@@ -478,7 +478,7 @@ START_TEST(all_problems_are_told_in_order_and_alike_ones_are_counted)
 }
 END_TEST
 
-START_TEST(what_is_no_text_is_refused)
+START_TEST(binary_files_are_refused)
 {
     lab_data_options o = lab_data_options_default(action);
     lab_data *d = NULL;
@@ -571,7 +571,7 @@ Suite *data_suite(void)
     TCase *tc = tcase_create("reader");
     tcase_add_checked_fixture(tc, make_folder, remove_folder);
     tcase_set_timeout(tc, 60.0);
-    tcase_add_test(tc, wrong_times_of_events_are_told_at_their_place);
+    tcase_add_test(tc, wrong_times_of_events_are_reported_at_their_place);
     tcase_add_test(tc, every_part_of_a_file_is_kept_in_si);
     tcase_add_test(tc, a_part_that_was_taken_off_is_noted);
     tcase_add_test(tc, a_setting_is_known_to_its_last_digit);
@@ -583,8 +583,8 @@ Suite *data_suite(void)
     tcase_add_test(tc, wrong_rows_are_refused_with_their_place);
     tcase_add_test(tc, settings_that_contradict_are_refused_with_their_place);
     tcase_add_test(tc, a_load_cannot_be_set_where_there_is_none);
-    tcase_add_test(tc, all_problems_are_told_in_order_and_alike_ones_are_counted);
-    tcase_add_test(tc, what_is_no_text_is_refused);
+    tcase_add_test(tc, all_problems_are_reported_in_order_and_equal_ones_are_counted);
+    tcase_add_test(tc, binary_files_are_refused);
     tcase_add_test(tc, a_dataset_is_all_files_or_none);
     tcase_add_test(tc, copies_of_a_record_are_one_message_with_their_number);
     suite_add_tcase(suite, tc);

@@ -52,7 +52,7 @@ static void refused(const char *with)
     ck_assert_msg(was_said(&heard, with) == 1, "%s", heard.text[0]);
 }
 
-START_TEST(strokes_that_move_as_they_say_are_accepted)
+START_TEST(strokes_that_agree_with_their_settings_are_accepted)
 {
     ck_assert_stein(lab_data_check_settings(data, model, hear, &heard, err));
     ck_assert_int_eq(heard.n, 0);
@@ -126,7 +126,7 @@ Suite *settings_suite(void)
     TCase *tc = tcase_create("settings");
     tcase_add_checked_fixture(tc, open_strokes, close_strokes);
     tcase_set_timeout(tc, 900.0);
-    tcase_add_test(tc, strokes_that_move_as_they_say_are_accepted);
+    tcase_add_test(tc, strokes_that_agree_with_their_settings_are_accepted);
     tcase_add_test(tc, a_load_of_another_stroke_is_noticed);
     tcase_add_test(tc, a_load_that_only_the_peers_contradict_is_noticed);
     tcase_add_test(tc, kilograms_for_grams_are_noticed);

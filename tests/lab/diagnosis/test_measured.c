@@ -137,7 +137,7 @@ START_TEST(a_machine_axis_gets_its_friction_and_its_offset)
 }
 END_TEST
 
-START_TEST(its_causes_leave_what_a_regression_leaves)
+START_TEST(its_causes_leave_the_residual_of_a_regression)
 {
     // friction that differs by direction (a worn screw, according to the authors) leaves no offset
     static const char *const cause[] = {"slide.mass",    "slide.damping",   "slide.coulomb.T",
@@ -405,7 +405,7 @@ Suite *measured_suite(void)
     tcase_add_checked_fixture(all, make_folder, remove_folder);
     tcase_set_timeout(all, 900);
     tcase_add_test(all, a_machine_axis_gets_its_friction_and_its_offset);
-    tcase_add_test(all, its_causes_leave_what_a_regression_leaves);
+    tcase_add_test(all, its_causes_leave_the_residual_of_a_regression);
     tcase_add_test(all, a_diagnosis_of_the_axis_finds_its_friction_and_its_offset);
     tcase_add_test(all, its_friction_differs_by_direction_and_leaves_no_offset);
     tcase_add_test(all, diagnoses_of_balls_find_air_where_it_matters_and_only_there);

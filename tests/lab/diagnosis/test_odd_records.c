@@ -64,7 +64,7 @@ static int json_says(const lab_diagnosis *d, const char *what)
 }
 
 /* swing 5 is fitted, swing 6 only reports */
-START_TEST(one_record_with_a_wrong_setting_is_named_with_what_would_fit)
+START_TEST(one_record_with_a_wrong_setting_is_named_with_the_fitting_value)
 {
     for (int odd = 4; odd <= 5; odd++) {
         const char *data[SWINGS + 1] = {NULL};
@@ -225,7 +225,7 @@ START_TEST(beside_settings_that_are_off_a_cause_is_named_alone)
 }
 END_TEST
 
-START_TEST(what_acts_in_all_records_is_no_change)
+START_TEST(an_effect_in_all_records_is_no_change)
 {
     static const char *const truth[] = {"rod.coulomb.T=2 mN m", NULL};
     fitted f;
@@ -296,11 +296,11 @@ Suite *odd_records_suite(void)
     TCase *tc = tcase_create("odd_records");
     tcase_set_timeout(tc, 120);
     tcase_add_checked_fixture(tc, make_folder, remove_folder);
-    tcase_add_test(tc, one_record_with_a_wrong_setting_is_named_with_what_would_fit);
+    tcase_add_test(tc, one_record_with_a_wrong_setting_is_named_with_the_fitting_value);
     tcase_add_test(tc, a_change_half_way_is_named_with_the_record_behind_which_it_begins);
     tcase_add_test(tc, settings_that_are_off_within_their_last_digit_are_no_physics);
     tcase_add_test(tc, beside_settings_that_are_off_a_cause_is_named_alone);
-    tcase_add_test(tc, what_acts_in_all_records_is_no_change);
+    tcase_add_test(tc, an_effect_in_all_records_is_no_change);
     tcase_add_test(tc,
                    a_channel_that_all_records_mirror_has_the_gain_that_fits_in_the_extended_file);
     tcase_add_test(tc, one_mirrored_record_is_no_gain_of_the_instrument);

@@ -206,7 +206,7 @@ static const struct {
 
 static trace before, now;
 
-START_TEST(the_file_moves_as_the_diagnosis_said)
+START_TEST(the_file_moves_as_in_the_diagnosis)
 {
     lab_model *model = open_file(file);
     int n = 0;
@@ -283,7 +283,7 @@ END_TEST
 
 /* ---- the text ---- */
 
-START_TEST(the_head_says_what_was_added_and_from_which_data)
+START_TEST(the_head_states_additions_and_data)
 {
     static const char *const said[] = {
         "# Extended by stein diagnose (missing_effect), from stein1788.yaml (fnv1a64 ",
@@ -357,7 +357,7 @@ START_TEST(every_command_takes_the_extended_file)
 }
 END_TEST
 
-START_TEST(what_cannot_be_written_is_refused)
+START_TEST(values_that_cannot_be_written_are_refused)
 {
     lab_model *model = open_file(file);
     int n = 0;
@@ -470,7 +470,7 @@ START_TEST(an_entry_goes_where_the_others_of_its_mapping_are)
 }
 END_TEST
 
-START_TEST(what_is_no_mapping_takes_no_entry)
+START_TEST(only_a_mapping_takes_an_entry)
 {
     static const char *const place[] = {"bodies/rod", "mechanism", "list", "nothing"};
     lab__yaml_edit *s = open_up(cart);
@@ -515,7 +515,7 @@ START_TEST(a_word_is_swapped_wherever_it_is_a_value)
 }
 END_TEST
 
-START_TEST(what_is_no_yaml_is_not_opened)
+START_TEST(only_yaml_is_opened)
 {
     static const char *const bad[] = {"", "a: [", "{a: b", "a: b: c\n"};
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
@@ -535,20 +535,20 @@ Suite *extend_suite(void)
     tcase_set_timeout(tc, 120);
     tcase_add_checked_fixture(tc, cache_in_build, NULL);
     tcase_add_loop_test(tc, every_cause_has_its_place_in_the_file, 0, 4);
-    tcase_add_test(tc, the_file_moves_as_the_diagnosis_said);
+    tcase_add_test(tc, the_file_moves_as_in_the_diagnosis);
     tcase_add_test(tc, several_causes_go_into_one_file);
-    tcase_add_test(tc, the_head_says_what_was_added_and_from_which_data);
+    tcase_add_test(tc, the_head_states_additions_and_data);
     tcase_add_test(tc, every_command_takes_the_extended_file);
-    tcase_add_test(tc, what_cannot_be_written_is_refused);
+    tcase_add_test(tc, values_that_cannot_be_written_are_refused);
     suite_add_tcase(suite, tc);
 
     TCase *text = tcase_create("text");
     tcase_add_test(text, a_path_leads_to_a_text_or_to_nothing);
     tcase_add_test(text, an_entry_goes_where_the_others_of_its_mapping_are);
-    tcase_add_test(text, what_is_no_mapping_takes_no_entry);
+    tcase_add_test(text, only_a_mapping_takes_an_entry);
     tcase_add_test(text, a_file_in_one_line_gets_its_section_in_that_line);
     tcase_add_test(text, a_word_is_swapped_wherever_it_is_a_value);
-    tcase_add_test(text, what_is_no_yaml_is_not_opened);
+    tcase_add_test(text, only_yaml_is_opened);
     suite_add_tcase(suite, text);
     return suite;
 }

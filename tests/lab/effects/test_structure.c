@@ -520,7 +520,7 @@ static void follow(stein_sim *sim, double worst[2])
 }
 
 /* loop: a kind each */
-START_TEST(parts_move_as_the_independent_program_says)
+START_TEST(parts_move_as_in_the_independent_program)
 {
     lab_model *model = open_file(file), *extended = NULL;
     lab_candidate c = candidate(model, twins[_i].kind, twins[_i].place);
@@ -571,7 +571,7 @@ Suite *structure_suite(void)
     tcase_add_test(tc, a_force_or_stiffness_of_zero_is_the_mechanism_without_it);
     tcase_add_loop_test(tc, a_compliance_towards_zero_is_the_mechanism_without_it, 0, PARTS);
     tcase_add_test(tc, a_cut_link_is_weighed_as_a_whole);
-    tcase_add_loop_test(tc, parts_move_as_the_independent_program_says, 0,
+    tcase_add_loop_test(tc, parts_move_as_in_the_independent_program, 0,
                         (int)(sizeof twins / sizeof *twins));
     suite_add_tcase(suite, tc);
     return suite;

@@ -176,7 +176,7 @@ START_TEST(a_model_that_lacks_something_is_a_misfit)
 }
 END_TEST
 
-START_TEST(what_the_data_cannot_tell_apart_is_named)
+START_TEST(parameters_that_the_data_cannot_separate_are_named)
 {
     // the angle depends only on damping over mass: the inertia comes from the frequency
     static const char *const names[] = {"rod.mass", "rod.damping", "rod.tip.x", NULL};
@@ -226,7 +226,7 @@ START_TEST(a_profile_without_end_is_open)
 }
 END_TEST
 
-START_TEST(single_bad_frames_lose_their_weight)
+START_TEST(single_bad_frames_get_little_weight)
 {
     const char *data[3];
     fitted f;
@@ -263,7 +263,7 @@ START_TEST(single_bad_frames_lose_their_weight)
 }
 END_TEST
 
-START_TEST(an_initial_state_that_nobody_states_is_found)
+START_TEST(an_unstated_initial_state_is_found)
 {
     static const char *const start[] = {"rod.pendulum.frequency=1.1 Hz",
                                         "rod.initial.position=0.44 rad",
@@ -537,7 +537,7 @@ START_TEST(a_journal_that_is_cut_damaged_or_old_is_refused)
 }
 END_TEST
 
-START_TEST(what_cannot_be_fitted_is_refused_in_words)
+START_TEST(impossible_fits_are_refused_with_a_reason)
 {
     static const char *const none[] = {"rod.mas", NULL}, *const told[] = {"rod.initial.position",
                                                                           NULL};
@@ -594,14 +594,14 @@ Suite *fit_suite(void)
     tcase_add_test(small, searches_that_agree_need_no_ladder);
     tcase_add_test(small, searches_that_disagree_are_not_called_converged);
     tcase_add_test(small, a_model_that_lacks_something_is_a_misfit);
-    tcase_add_test(small, what_the_data_cannot_tell_apart_is_named);
+    tcase_add_test(small, parameters_that_the_data_cannot_separate_are_named);
     tcase_add_test(small, a_profile_without_end_is_open);
-    tcase_add_test(small, single_bad_frames_lose_their_weight);
-    tcase_add_test(small, an_initial_state_that_nobody_states_is_found);
+    tcase_add_test(small, single_bad_frames_get_little_weight);
+    tcase_add_test(small, an_unstated_initial_state_is_found);
     tcase_add_test(small, a_time_base_that_is_wrong_by_1_percent_is_found);
     tcase_add_test(small, an_instrument_that_lags_by_1_ms_is_found_even_on_a_wrong_time_base);
     tcase_add_test(small, a_journal_that_is_cut_damaged_or_old_is_refused);
-    tcase_add_test(small, what_cannot_be_fitted_is_refused_in_words);
+    tcase_add_test(small, impossible_fits_are_refused_with_a_reason);
     tcase_add_test(small, more_unknowns_than_samples_are_refused);
     tcase_add_test(same, threads_do_not_change_a_bit);
     tcase_add_test(same, a_fit_that_is_killed_goes_on_to_the_same_bits);

@@ -278,7 +278,7 @@ START_TEST(the_state_of_an_arm_comes_from_the_angles_of_its_bodies)
 }
 END_TEST
 
-START_TEST(what_a_stroke_states_is_not_estimated)
+START_TEST(stated_settings_of_a_stroke_are_not_estimated)
 {
     film m = {.model = rod,
               .told = swing_truth,
@@ -511,7 +511,7 @@ static const char *record_of(const slip *w, int which)
     return kept[which];
 }
 
-START_TEST(what_is_wrong_with_a_set_up_is_named)
+START_TEST(the_error_of_a_set_up_is_named)
 {
     const slip *w = &slips[_i];
     const char *at = strstr(arm, w->was);
@@ -553,13 +553,13 @@ Suite *initial_suite(void)
     tcase_add_test(state, a_speed_may_be_measured_itself);
     tcase_add_test(state, an_angle_that_jumps_by_whole_turns_is_followed_across);
     tcase_add_test(state, the_state_of_an_arm_comes_from_the_angles_of_its_bodies);
-    tcase_add_test(state, what_a_stroke_states_is_not_estimated);
+    tcase_add_test(state, stated_settings_of_a_stroke_are_not_estimated);
     tcase_add_test(state, a_mechanism_that_is_held_until_the_trigger_starts_there);
     tcase_add_test(state, a_mechanism_that_settles_is_left_as_it_is);
     tcase_add_test(state, a_part_with_a_joint_of_its_own_begins_at_the_same_record);
     tcase_set_timeout(state, 60);
     tcase_add_checked_fixture(setup, make_folder, remove_folder);
-    tcase_add_loop_test(setup, what_is_wrong_with_a_set_up_is_named, 0,
+    tcase_add_loop_test(setup, the_error_of_a_set_up_is_named, 0,
                         (int)(sizeof slips / sizeof *slips));
     tcase_set_timeout(setup, 60);
     suite_add_tcase(s, state);

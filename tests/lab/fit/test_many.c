@@ -230,7 +230,7 @@ static const char *pushed(const char *name, double phase)
     return path;
 }
 
-START_TEST(strokes_with_a_recorded_input_are_what_they_were)
+START_TEST(strokes_with_a_recorded_input_are_recovered)
 {
     static const char *const names[] = {"rod.mass", "rod.damping", NULL};
     const char *data[] = {pushed("a.csv", 0.3), pushed("b.csv", 1.9), NULL};
@@ -414,7 +414,7 @@ Suite *many_suite(void)
     tcase_set_timeout(turns, 60);
     tcase_add_checked_fixture(fit, make_folder, remove_folder);
     tcase_add_loop_test(fit, strokes_of_a_fit_are_the_same_alone_and_side_by_side, 0, 2);
-    tcase_add_test(fit, strokes_with_a_recorded_input_are_what_they_were);
+    tcase_add_test(fit, strokes_with_a_recorded_input_are_recovered);
     tcase_add_test(fit, so_are_those_with_a_recorded_motion);
     tcase_add_loop_test(fit, a_stroke_of_many_stiff_runs_cannot_be_simulated, 0, 2);
     tcase_add_test(fit, fits_that_share_seats_have_the_bits_of_fits_alone);

@@ -224,7 +224,7 @@ START_TEST(an_inertia_that_no_body_has_is_refused_taken_or_balanced_as_asked)
 }
 END_TEST
 
-START_TEST(names_that_no_file_takes_are_changed_and_what_is_empty_is_nothing)
+START_TEST(invalid_names_are_changed_and_empty_elements_ignored)
 {
     char *text = NULL, *yaml = NULL;
     size_t size;
@@ -360,7 +360,7 @@ Suite *import_suite(void)
     tcase_add_test(t, a_spatial_project_with_several_joints_a_body_does_so_too);
     tcase_add_test(t, cuts_are_loops_and_the_motion_is_that_of_the_file_written_by_hand);
     tcase_add_test(t, an_inertia_that_no_body_has_is_refused_taken_or_balanced_as_asked);
-    tcase_add_test(t, names_that_no_file_takes_are_changed_and_what_is_empty_is_nothing);
+    tcase_add_test(t, invalid_names_are_changed_and_empty_elements_ignored);
     tcase_add_test(t, projects_that_are_not_in_order_are_refused_by_place);
     tcase_add_test(t, half_a_file_is_refused_wherever_it_ends);
     suite_add_tcase(s, t);

@@ -44,7 +44,7 @@ static void refuse_project(const char *path, const char *says)
     ck_assert_int_ne(access(to, F_OK), 0);
 }
 
-START_TEST(a_project_without_what_it_needs_is_refused)
+START_TEST(an_incomplete_project_is_refused)
 {
     static const struct {
         const char *text, *says;
@@ -289,7 +289,7 @@ END_TEST
 
 /* ---- records ---- */
 
-START_TEST(a_force_that_is_never_there_says_something)
+START_TEST(a_force_that_is_always_0_is_information)
 {
     lab_data *d = open_data(
         write_file("none.csv", "time [s],string_force [N],hammer_height [mm],notch_force [N]\n"
@@ -301,7 +301,7 @@ START_TEST(a_force_that_is_never_there_says_something)
 }
 END_TEST
 
-START_TEST(a_dataset_needs_a_file_and_tells_what_cannot_be_read)
+START_TEST(a_dataset_needs_a_file_and_reports_unreadable_ones)
 {
     lab_data_options o = lab_data_options_default(&stein_model_stein1788);
     lab_dataset *set = NULL;
@@ -328,15 +328,15 @@ Suite *edges_lab_suite(void)
     TCase *tc = tcase_create("edges_lab");
     tcase_add_checked_fixture(tc, make_folder, remove_folder);
     tcase_set_timeout(tc, 60.0);
-    tcase_add_test(tc, a_project_without_what_it_needs_is_refused);
+    tcase_add_test(tc, an_incomplete_project_is_refused);
     tcase_add_test(tc, a_project_can_be_so_large_and_no_larger);
     tcase_add_test(tc, a_project_of_more_than_8_mib_is_not_read);
     tcase_add_test(tc, names_of_a_project_become_names_of_a_file);
     tcase_add_loop_test(tc, a_mechanism_that_is_not_in_order_has_no_equations, 0, SPOILT);
     tcase_add_test(tc, a_row_belongs_to_its_table_or_to_none);
     tcase_add_test(tc, a_head_that_no_sweep_wrote_is_refused);
-    tcase_add_test(tc, a_force_that_is_never_there_says_something);
-    tcase_add_test(tc, a_dataset_needs_a_file_and_tells_what_cannot_be_read);
+    tcase_add_test(tc, a_force_that_is_always_0_is_information);
+    tcase_add_test(tc, a_dataset_needs_a_file_and_reports_unreadable_ones);
     suite_add_tcase(suite, tc);
     return suite;
 }

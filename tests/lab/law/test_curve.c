@@ -275,7 +275,7 @@ START_TEST(a_law_in_no_table_is_found_with_place_state_and_shape_and_its_file_mo
 }
 END_TEST
 
-START_TEST(bands_hold_the_truth_about_as_often_as_they_say)
+START_TEST(bands_hold_the_truth_about_as_often_as_stated)
 {
     int inside = 0, all = 0;
     for (int which = 0; which < LAWS; which++) {
@@ -307,7 +307,7 @@ START_TEST(a_law_is_in_all_that_is_written)
 }
 END_TEST
 
-START_TEST(what_no_state_knows_is_not_called_a_law)
+START_TEST(a_force_that_is_no_function_of_a_state_is_not_called_a_law)
 {
     case_t c;
     open_case(&c, pendulum, NULL, 0);
@@ -320,7 +320,7 @@ END_TEST
 
 /* without the law its strokes look as if their friction scattered by all that may be; it does not
  */
-START_TEST(strokes_scatter_by_what_a_law_leaves)
+START_TEST(strokes_scatter_by_the_residual_of_a_law)
 {
     case_t c;
     open_case(&c, write_file("rubbing.yaml", rubbing), cogging, 0);
@@ -338,7 +338,7 @@ static double squeal_aside(double q, double qd)
     return squeal(q, qd) * (1.0 + 0.5 * tanh(4.0 * q));
 }
 
-START_TEST(what_one_state_nearly_explains_is_not_said_to_be_its_law)
+START_TEST(a_residual_that_one_state_nearly_explains_is_not_called_its_law)
 {
     case_t c;
     open_case(&c, pendulum, squeal_aside, 0);
@@ -367,10 +367,10 @@ Suite *curve_suite(void)
     tcase_add_checked_fixture(tc, make_folder, remove_folder);
     tcase_add_loop_test(
         tc, a_law_in_no_table_is_found_with_place_state_and_shape_and_its_file_moves, 0, LAWS);
-    tcase_add_test(tc, bands_hold_the_truth_about_as_often_as_they_say);
-    tcase_add_test(tc, what_no_state_knows_is_not_called_a_law);
-    tcase_add_test(tc, strokes_scatter_by_what_a_law_leaves);
-    tcase_add_test(tc, what_one_state_nearly_explains_is_not_said_to_be_its_law);
+    tcase_add_test(tc, bands_hold_the_truth_about_as_often_as_stated);
+    tcase_add_test(tc, a_force_that_is_no_function_of_a_state_is_not_called_a_law);
+    tcase_add_test(tc, strokes_scatter_by_the_residual_of_a_law);
+    tcase_add_test(tc, a_residual_that_one_state_nearly_explains_is_not_called_its_law);
     tcase_add_test(tc, a_law_is_in_all_that_is_written);
     suite_add_tcase(s, tc);
     return s;

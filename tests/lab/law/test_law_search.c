@@ -186,7 +186,7 @@ START_TEST(a_fit_settles_where_it_is_and_leaves_the_problem_as_it_was)
 END_TEST
 
 /* H dx = -g of the unknowns that move, once in full */
-START_TEST(normal_equations_are_those_of_what_moves)
+START_TEST(normal_equations_contain_the_moving_unknowns)
 {
     bench b;
     open_bench(&b);
@@ -339,7 +339,7 @@ static void check_same(const fit__problem *p, const diag__site *s, int u, const 
     }
 }
 
-START_TEST(what_a_spring_does_is_what_a_curve_does_exactly)
+START_TEST(a_spring_and_its_curve_have_exactly_the_same_effect)
 {
     const char *data[SWINGS + 1] = {NULL};
     bench b;
@@ -453,7 +453,7 @@ START_TEST(a_band_does_not_take_for_granted_how_smooth_the_law_is)
 END_TEST
 
 /* residuals of noise, and of a wave as large */
-START_TEST(what_is_left_beyond_noise_is_alike_from_sample_to_sample)
+START_TEST(the_residual_beyond_noise_is_correlated_from_sample_to_sample)
 {
     bench b;
     open_bench(&b);
@@ -485,11 +485,11 @@ Suite *law_search_suite(void)
     tcase_add_test(tc, where_the_model_is_held_near_the_records_the_right_curve_scores_most);
     tcase_add_test(tc, the_step_of_a_number_that_is_held_stays);
     tcase_add_test(tc, a_fit_settles_where_it_is_and_leaves_the_problem_as_it_was);
-    tcase_add_test(tc, what_a_spring_does_is_what_a_curve_does_exactly);
-    tcase_add_test(tc, normal_equations_are_those_of_what_moves);
+    tcase_add_test(tc, a_spring_and_its_curve_have_exactly_the_same_effect);
+    tcase_add_test(tc, normal_equations_contain_the_moving_unknowns);
     tcase_add_test(tc, normal_equations_of_strokes_own_numbers_alone_have_a_solution);
     tcase_add_test(tc, a_band_does_not_take_for_granted_how_smooth_the_law_is);
-    tcase_add_test(tc, what_is_left_beyond_noise_is_alike_from_sample_to_sample);
+    tcase_add_test(tc, the_residual_beyond_noise_is_correlated_from_sample_to_sample);
     suite_add_tcase(suite, tc);
     return suite;
 }

@@ -240,7 +240,7 @@ static int count_departures(const fit__problem *p, double memory, double scatter
     return above;
 }
 
-START_TEST(noise_that_remembers_is_no_departure_but_what_comes_again_is)
+START_TEST(correlated_noise_is_no_departure_but_a_repeated_residual_is)
 {
     static const char *const names[] = {"rod.damping", NULL};
     film m = {.model = "models/pendulum.yaml",
@@ -352,7 +352,7 @@ Suite *show_suite(void)
     tcase_set_timeout(shows, 900);
     tcase_add_test(shows, nothing_hidden_nothing_shown);
     tcase_add_test(shows, a_mechanism_without_stroke_rests_or_moves);
-    tcase_add_test(shows, noise_that_remembers_is_no_departure_but_what_comes_again_is);
+    tcase_add_test(shows, correlated_noise_is_no_departure_but_a_repeated_residual_is);
     tcase_add_test(shows, a_hidden_drag_is_missing_at_its_joint_with_its_size);
     tcase_add_test(shows, a_hidden_preload_is_missing_at_its_joint_with_its_size);
     suite_add_tcase(suite, shows);

@@ -433,7 +433,7 @@ END_TEST
 /* what an amount's freedom costs is not a share of the misfit: with large noise it is most of a
  * gain
  */
-START_TEST(where_noise_is_estimated_what_is_left_counts_by_its_logarithm)
+START_TEST(where_noise_is_estimated_the_residual_counts_by_its_logarithm)
 {
     world w;
     model m;
@@ -480,7 +480,7 @@ static int propose(const diag__proposer *by, const world *w, const model *m, dia
     return n;
 }
 
-START_TEST(one_cause_more_is_proposed_in_the_order_of_what_it_explains)
+START_TEST(one_cause_more_is_proposed_in_the_order_of_its_gain)
 {
     world w;
     model m;
@@ -503,7 +503,7 @@ START_TEST(one_cause_more_is_proposed_in_the_order_of_what_it_explains)
 }
 END_TEST
 
-START_TEST(what_is_impossible_is_not_proposed)
+START_TEST(impossible_causes_are_not_proposed)
 {
     world w;
     model m;
@@ -517,7 +517,7 @@ START_TEST(what_is_impossible_is_not_proposed)
 }
 END_TEST
 
-START_TEST(what_is_the_same_direction_is_proposed_once)
+START_TEST(equal_directions_are_proposed_once)
 {
     const double twins[] = {1, 0.995, 0.2, 0.995, 1, 0.2, 0.2, 0.2, 1};
     world w;
@@ -687,7 +687,7 @@ START_TEST(a_single_cause_is_not_left_out_again)
 }
 END_TEST
 
-START_TEST(a_fit_begins_again_where_its_linear_model_wants_another_amount)
+START_TEST(a_fit_begins_again_where_its_linear_model_predicts_another_amount)
 {
     world w;
     model m;
@@ -845,7 +845,7 @@ START_TEST(a_trace_is_one_object_a_row)
 }
 END_TEST
 
-START_TEST(a_trace_that_cannot_be_written_is_told)
+START_TEST(a_trace_that_cannot_be_written_is_reported)
 {
     world w;
     make_world(&w);
@@ -887,13 +887,13 @@ Suite *hypotheses_suite(void)
     tcase_add_test(tc, columns_are_as_alike_as_the_angle_between_them);
     tcase_add_test(tc, a_free_linear_model_expects_the_gain_of_all_records);
     tcase_add_test(tc, a_held_linear_model_expects_no_less_than_noise);
-    tcase_add_test(tc, where_noise_is_estimated_what_is_left_counts_by_its_logarithm);
+    tcase_add_test(tc, where_noise_is_estimated_the_residual_counts_by_its_logarithm);
     suite_add_tcase(suite, tc);
 
     tc = tcase_create("proposers");
-    tcase_add_test(tc, one_cause_more_is_proposed_in_the_order_of_what_it_explains);
-    tcase_add_test(tc, what_is_impossible_is_not_proposed);
-    tcase_add_test(tc, what_is_the_same_direction_is_proposed_once);
+    tcase_add_test(tc, one_cause_more_is_proposed_in_the_order_of_its_gain);
+    tcase_add_test(tc, impossible_causes_are_not_proposed);
+    tcase_add_test(tc, equal_directions_are_proposed_once);
     tcase_add_test(tc, a_cause_more_comes_beside_those_of_the_row);
     tcase_add_test(tc, nothing_is_proposed_beside_as_many_causes_as_can_act);
     tcase_add_test(tc, a_pair_is_found_that_single_columns_hide);
@@ -903,14 +903,14 @@ Suite *hypotheses_suite(void)
     tcase_add_test(tc, nothing_is_exchanged_where_there_is_no_cause);
     tcase_add_test(tc, each_of_several_causes_is_left_out_once);
     tcase_add_test(tc, a_single_cause_is_not_left_out_again);
-    tcase_add_test(tc, a_fit_begins_again_where_its_linear_model_wants_another_amount);
+    tcase_add_test(tc, a_fit_begins_again_where_its_linear_model_predicts_another_amount);
     tcase_add_test(tc, a_number_beside_an_amount_begins_further_up_and_further_down);
     suite_add_tcase(suite, tc);
 
     tc = tcase_create("trace");
     tcase_add_checked_fixture(tc, make_folder, remove_folder);
     tcase_add_test(tc, a_trace_is_one_object_a_row);
-    tcase_add_test(tc, a_trace_that_cannot_be_written_is_told);
+    tcase_add_test(tc, a_trace_that_cannot_be_written_is_reported);
     suite_add_tcase(suite, tc);
     return suite;
 }

@@ -257,7 +257,7 @@ START_TEST(a_prior_of_the_scatter_counts_as_so_many_strokes)
 }
 END_TEST
 
-START_TEST(candidates_that_say_the_same_cost_nothing)
+START_TEST(equivalent_candidates_cost_nothing)
 {
     double same[4] = {1.0, 1.0, 1.0, 1.0}, apart[4] = {1.0, 0.0, 0.0, 1.0};
     unsigned char use[2] = {1, 1};
@@ -309,7 +309,7 @@ Suite *mixed_suite(void)
     tcase_add_test(tc, an_effect_is_found_in_scattering_strokes);
     tcase_add_test(tc, a_candidate_in_a_part_of_the_strokes_is_a_column_of_that_part);
     tcase_add_test(tc, a_prior_of_the_scatter_counts_as_so_many_strokes);
-    tcase_add_test(tc, candidates_that_say_the_same_cost_nothing);
+    tcase_add_test(tc, equivalent_candidates_cost_nothing);
     tcase_add_test(tc, long_columns_leave_the_sum_of_squares_alone);
     suite_add_tcase(suite, tc);
     return suite;
