@@ -14,8 +14,8 @@
  * Numbers are not copied: a Block shows memory of the library, which numpy reads, and keeps alive
  * what the memory belongs to. While something is computed the interpreter's lock is free; a lock
  * for each simulation allows one thread at a time. A Model never changes, so it needs none. Long
- * work checks twenty times a second whether Control-C was pressed (py__ask). Included by: this
- * folder.
+ * work checks twenty times a second whether Control-C was pressed (py__ask).
+ * Included by: this folder.
  */
 #ifndef MODULE_H
 #define MODULE_H

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * data_misreadings.h - other readings of records, and their misfit. Included by: this folder.
+ * data_misreadings.h - other readings of records, and their misfit.
+ * Included by: this folder.
  */
 #ifndef DATA_MISREADINGS_H
 #define DATA_MISREADINGS_H

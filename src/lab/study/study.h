@@ -13,7 +13,8 @@
  *
  * A part of the study simulates, fills tables (they become CSV files), writes its results in
  * sentences, and lists the pictures of its tables. All numbers in the sentences are computed from
- * the run. Included by: this folder, src/cli.
+ * the run.
+ * Included by: this folder, src/cli.
  */
 #ifndef STUDY_H
 #define STUDY_H
