@@ -7,9 +7,9 @@
  * and joint axis e, from the leaves to the root:
  *
  *   revolute   mass m:             b' += m d     K' += m (d.d E - d d')
- *              b along e, be e:    b' += be e    K' += S(be e, d)     own b without it inertia k (E
- *              - e e'):             K' += k (E - e e')   own K without it prismatic  all of it
- *   while the joint is at 0: b' += b, K' += K (axes stay parallel);
+ *              b along e, be e:    b' += be e    K' += S(be e, d)     and removed from b
+ *              inertia k (E - e e'):             K' += k (E - e e')   and removed from K
+ *   prismatic  all of it while the joint is at 0: b' += b, K' += K (axes stay parallel);
  *              what sliding adds (m e q, S(b, e) q, m q q) is left to the recursion
  *   S(u, v) = 2 (u.v) E - u v' - v u'
  *

@@ -4,7 +4,7 @@
  * A generated file exports exactly one symbol, `const stein_model stein_model_<name>`. It is pure
  * constant data plus pure functions: any number of simulations on any number of threads share it.
  *
- *      p [np] parameters, set by name (SI)
+ *      p  [np]  parameters, set by name (SI)
  *        |
  *        | setup()            once per parameter set: formulas of the file, recombined inertias,
  *        v                    and the numbers of every contact, law, spring and initial value

@@ -146,8 +146,9 @@ int lab_before_mistaken(const lab_before *before, int i, int j);
 /** Before records are made: which causes can they separate, and from which size on? The records are
  *  simulated with the numbers of the file and with noise (of a fixed seed) in a temporary folder,
  *  and linearised as in a diagnosis (src/lab/search/linear.c).
- *  @param file, model  of the mechanism @return OK, EINVAL (def: records, channels or noise),
- *  ENAME, EIO, ESTOPPED, ENOMEM, numerical failures of the records */
+ *  @param file, model  of the mechanism
+ *  @return OK, EINVAL (def: records, channels or noise), ENAME, EIO, ESTOPPED, ENOMEM, numerical
+ *  failures of the records */
 stein_status lab_before_make(lab_before **out, const char *file, const lab_model *model,
                              const lab_before_def *def, stein_err *err);
 void lab_before_destroy(lab_before *before);
