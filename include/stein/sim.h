@@ -132,14 +132,17 @@ typedef struct stein_step_counts {
  *  springs that have come to rest. The last two stages of Dormand-Prince estimate how near h rho is
  *  to the stability border (Hairer, Norsett & Wanner 1993, IV.2). After 15 steps at the border
  *  steps are implicit, by Rodas5P (Steinebach 2023, BIT 63:27; order 5(4), L-stable) with the exact
- *  derivatives by state. After 10 steps that explicit ones could have made, steps are explicit
- *  again. The kind of steps is part of the state. Events are located in both kinds alike. There are
- *  no implicit steps in mechanisms with loops, couplings or friction that sticks, nor with a force
- *  hook, a signal or sensitivities. Runs of a batch have them with STEIN_IMPLICIT only.
+ *  derivatives by state. Equations without these (loops, couplings, friction that sticks, bodies
+ *  that turn in all directions, contacts in space) use differences, 48 evaluations a joint and
+ *  step. After 10 steps that explicit ones could have made, and near a singular position of loops,
+ *  steps are explicit again. The kind of steps is part of the state. Events are located in both
+ *  kinds alike. There are no implicit steps with a force hook, a signal or sensitivities. Runs of a
+ *  batch have them with STEIN_IMPLICIT only.
  */
 void stein_steps_taken(const stein_sim *sim, stein_step_counts *counts);
 /** Tolerance of a step's error estimate with STEIN_CONTROLLED or STEIN_IMPLICIT, as in stein_pace
- * [rad or m]; STEIN_TOLERANCE until it is set: an elastic ball that bounces 66 times on a contact
+ * [rad or m], of which bodies that turn in all directions get a tenth, as the errors of every turn
+ * add up; STEIN_TOLERANCE until it is set: an elastic ball that bounces 66 times on a contact
  * of 1 ms keeps its energy to 1e-7 with it. @return OK; EINVAL (not > 0 and finite) */
 #define STEIN_TOLERANCE 1e-12
 stein_status stein_set_tolerance(stein_sim *sim, double tolerance, stein_err *err);
@@ -183,6 +186,11 @@ stein_status stein_load_place(stein_sim *sim, stein_err *err);
 double stein_read(stein_sim *sim, int channel);
 /** Channel by name. @return OK, ENAME */
 stein_status stein_read_name(stein_sim *sim, const char *name, double *value, stein_err *err);
+/** Is a reading determined by the motion in the present state? Not where conditions of loops and
+ *  couplings are redundant and it is a reaction in which their forces have a part, nor where
+ * several contacts hold the same by friction that sticks and it is the friction of one, or a
+ * reaction: then it is one of many that are possible.  @return 1: yes, or no such channel; 0: no */
+int stein_is_determined(stein_sim *sim, int channel);
 
 /* ---- state as a flat block ---- */
 

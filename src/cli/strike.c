@@ -297,6 +297,7 @@ static void print_json(const job *j)
         lab__json_real(&out, j->equations->channels[i].name, stein_read(j->sim, i));
     }
     lab__json_close(&out);
+    cli_put_reactions(&out, j->sim);
     cli_errors_json(&out, &j->errors);
     lab__json_close(&out);
 }
@@ -388,6 +389,7 @@ static int run_job(job *j)
     } else {
         print_text(j);
     }
+    cli_warn_reactions(j->sim);
     int wrong = cli_errors_warn(&j->errors);
     return wrong && cli_value(j->args, "allow-error") == NULL ? CLI_NUMERICAL : CLI_OK;
 }
@@ -473,11 +475,14 @@ static const cli_option options[] = {
     "A summary in ms, mm, N. With --json, in SI units:\n"                                     \
     "{\"model\", \"outcome\", \"escapement\": {\"time\", \"height\"} or null, \"impact\":\n"  \
     "{\"time\", \"speed\"} or null, \"impacts\", \"free_flight\", \"forced_escapement\",\n"   \
-    "\"peak_string_force\", \"rearmed\", \"final\": {channel: value}, \"integration\",\n"     \
+    "\"peak_string_force\", \"rearmed\", \"final\": {channel: value}, \"undetermined\",\n"    \
+    "\"integration\",\n"                                                                      \
     "\"errors\", \"energy\", \"trusted\"}; for a mechanism without a stroke {\"model\",\n"    \
-    "\"final\", \"integration\", \"errors\", \"energy\", \"trusted\"}. `integration` is\n"    \
-    "about controlled steps: their number (`steps`), the number of `implicit` ones, the\n"    \
-    "time from which on stability limited explicit ones (`stiff_from`, null: never), the\n"   \
+    "\"final\", \"undetermined\", \"integration\", \"errors\", \"energy\", \"trusted\"}.\n"   \
+    "`undetermined` names outputs that have one of many possible values: reactions of\n"      \
+    "redundant conditions, friction that contacts share. `integration` is about\n"            \
+    "controlled steps: their number (`steps`), the number of `implicit` ones, the time\n"     \
+    "from which on stability limited explicit ones (`stiff_from`, null: never), the\n"        \
     "decay `rate` [1/s] of the limiting motion, and the reason if they stayed explicit\n"     \
     "all the same (`refused`).\n"                                                             \
     "\n"                                                                                      \
