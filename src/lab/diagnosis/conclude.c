@@ -1,10 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * conclude.c - from the closed table to all that is reported.
  *
- *   judge      finding, causes, rivals (verdict/judge.c), twice: the rows that are reported are
- * fitted to their end in between report     reporting records, with and without the causes; what
- * they contradict is withdrawn law        where the best hypothesis leaves more than noise, a curve
- * (law/) verify     extended.yaml, read again and simulated
+ *      judge       finding, causes, rivals (verdict/judge.c): once for the rows that may be the
+ *                  best ones, which are fitted to their end, then with their numbers
+ *      report      reporting records, with and without the causes; what they contradict is
+ *                  withdrawn
+ *      law         where the best hypothesis leaves more than noise, a curve (law/)
+ *      verify      extended.yaml, read again and simulated
  */
 #include <math.h>
 #include <stdlib.h>
@@ -13,8 +15,8 @@
 #include "diagnosis.h"
 
 enum { FREE_RECORDS = 16, CONTENDERS = 4 };
-/* of the objective: a search's fit may be as far from its minimum. Of strokes of the action with a
- * tilted camera, a tilt was 49 behind a gain and ended 20 before it. */
+/* of the objective: a search's fit may be as far from its minimum. On strokes of the action with a
+ * tilted camera the tilt was 28 behind a sensor gain, and was the best one at the ends of both. */
 static const double unended = 50.0;
 static const double nearly_all = 0.9, far_off = 50.0; /* share of the misfit; chi2/dof */
 
