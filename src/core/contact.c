@@ -30,8 +30,7 @@ static inline shape shape_of(const site *s)
 ALWAYS vec2 facing(const site *s, vec2 r, shape is)
 {
     if (is.line) {
-        real x = s->b[STEIN_SHAPE_NX], z = s->b[STEIN_SHAPE_NZ];
-        return is.of.fixed ? (vec2){x, z} : turn(s->pair.pose[1], x, z);
+        return is.of.fixed ? s->n : turn(s->pair.pose[1], s->n.x, s->n.z);
     }
     real distance = root_of(r.x * r.x + r.z * r.z);
     mask is_apart = more(distance, 0.0);
@@ -47,9 +46,8 @@ typedef struct meeting {
 
 ALWAYS meeting meet(const site *s, shape is)
 {
-    real x = s->b[STEIN_SHAPE_X], z = s->b[STEIN_SHAPE_Z];
-    vec2 pa = place(s->pair.pose[0], s->a[STEIN_SHAPE_X], s->a[STEIN_SHAPE_Z]);
-    vec2 pb = is.of.fixed ? (vec2){x, z} : place(s->pair.pose[1], x, z);
+    vec2 pa = place(s->pair.pose[0], s->at[0].x, s->at[0].z);
+    vec2 pb = is.of.fixed ? s->at[1] : place(s->pair.pose[1], s->at[1].x, s->at[1].z);
     vec2 r = {pa.x - pb.x, pa.z - pb.z}, n = facing(s, r, is);
     return (meeting){pa, r, n, s->reach - (r.x * n.x + r.z * n.z)};
 }
@@ -72,70 +70,77 @@ static inline mask is_lifted(const stein_sim *sim, int contact)
     return contact == sim->model->load.contact ? no(sim->head->load_present) : (mask){0};
 }
 
-ALWAYS void press_spot(stein_sim *sim, int i, mask on, const meeting *m, shape is)
+ALWAYS void press_at(stein_sim *sim, const site *s, mask on, const meeting *m, shape is)
 {
-    const site *s = &sim->site[i];
     vec2 at = m->centre;
     if (is.round) {
         real radius = s->a[STEIN_SHAPE_R];
         at = (vec2){at.x - radius * m->n.x, at.z - radius * m->n.z};
     }
-    stein__press(sim, &s->pair, on, at, m->n, m->depth, &sim->spot[i], is.of);
+    stein__press(sim, &s->pair, on, at, m->n, m->depth, s->sum, is.of);
 }
 
-/* forces of a spot that is on, inside of a step: gap, guard and that there is no force are asked
- * for at its end */
-ALWAYS void spot_inside(stein_sim *sim, int i, mask on, shape is)
+/* forces of a place that is on; gap, guard and that there is no force are asked for at the end of a
+ * step */
+ALWAYS void press(stein_sim *sim, const site *s, mask on, shape is)
 {
-    const site *s = &sim->site[i];
-    if (!is.of.plain) {
-        sim->spot[i] = (spot_force){.gap = sim->spot[i].gap};
-    }
     meeting m = meet(s, is);
-    press_spot(sim, i, on, &m, is);
+    press_at(sim, s, on, &m, is);
 }
 
-ALWAYS void spot_at_end(stein_sim *sim, int i, mask on, shape is)
+static void spot_at_end(stein_sim *sim, int i, mask on)
 {
     const site *s = &sim->site[i];
+    shape is = shape_of(s);
     meeting m = meet(s, is);
 #if STEIN_LANES == 1
     sim->spot[i] = (spot_force){.gap = -m.depth};
 #endif
     sim->guard[i] = sel(is_lifted(sim, s->pair.index), same(-1.0), guard_of(s, &m, is));
     if (any(on)) {
-        press_spot(sim, i, on, &m, is);
+        press_at(sim, s, on, &m, is);
     }
 }
 
-INNER void stein__spot_forces(stein_sim *sim)
+/* any place, anywhere in a step */
+static void press_any(stein_sim *sim, int i, mask on, place_in_step inside)
+{
+    int is_spot = i < sim->model->nspot;
+    if (is_spot && inside == AT_END) {
+        spot_at_end(sim, i, on);
+    } else if (any(on)) {
+        shape is = shape_of(&sim->site[i]);
+        is.of.inside = inside;
+        if (is_spot) {
+            sim->spot[i] = (spot_force){.gap = sim->spot[i].gap};
+        }
+        press(sim, &sim->site[i], on, is);
+    }
+}
+
+INNER void stein__site_forces(stein_sim *sim)
 {
     static const shape fixed_line = {1, 0, {1, 1, IN_STAGE}},
                        moving_line = {1, 0, {0, 1, IN_STAGE}};
-    int n = sim->model->nspot;
     place_in_step inside = sim->inside;
-    for (int i = 0; i < n; i++) {
-        mask on = mask_of(sim->mode[i]);
+    for (int i = 0; i < sim->nsite; i++) {
+        const site *s = &sim->site[i];
+        mask on = mask_of(sim->mode[s->guard]);
         if (inside != AT_END && !any(on)) {
             continue;
         }
-        const site *s = &sim->site[i];
 #if STEIN_LANES == 1
         if (s->pair.solid) {
             stein__solid_forces(sim, i);
             continue;
         }
 #endif
-        if (inside == AT_END) {
-            spot_at_end(sim, i, on, shape_of(s));
-        } else if (inside == IN_STAGE && s->kind == ON_FIXED_LINE) {
-            spot_inside(sim, i, on, fixed_line);
+        if (inside == IN_STAGE && s->kind == ON_FIXED_LINE) {
+            press(sim, s, on, fixed_line);
         } else if (inside == IN_STAGE && s->kind == ON_LINE) {
-            spot_inside(sim, i, on, moving_line);
+            press(sim, s, on, moving_line);
         } else {
-            shape is = shape_of(s);
-            is.of.inside = inside;
-            spot_inside(sim, i, on, is);
+            press_any(sim, i, on, inside);
         }
     }
 }

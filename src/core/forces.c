@@ -162,8 +162,8 @@ INNER void stein__forces(stein_sim *sim)
     }
 #endif
     sim->ntouch = 0;
-    stein__spot_forces(sim);
-    stein__notch_forces(sim);
+    stein__notches_look(sim);
+    stein__site_forces(sim);
 #if STEIN_LANES == 1
     if (sim->jacobians) {
         model->point(sim->xq, sim->xqd, sim->sc, sim->d, sim->px, sim->pv, sim->pJ, sim->pa);

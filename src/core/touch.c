@@ -4,10 +4,45 @@
  */
 #include "core.h"
 
+static site site_of_spot(stein_sim *sim, int i)
+{
+    const real *d = sim->d;
+    const stein_spot *spot = &sim->model->spots[i];
+    const stein_contact *contact = &sim->model->contacts[spot->contact];
+    const stein_shape *side = spot->side;
+    return (site){.pair = {.index = spot->contact,
+                           .solid = side[0].kind == STEIN_SPHERE,
+                           .frame = {side[0].frame, side[1].frame},
+                           .normal = d + contact->normal,
+                           .friction = d + contact->friction,
+                           .stick = -1},
+                  .guard = i,
+                  .line = side[1].kind == STEIN_LINE,
+                  .a = d + side[0].d,
+                  .b = d + side[1].d,
+                  .sum = &sim->spot[i]};
+}
+
+/* i: of all places of all notches */
+static site site_of_notch(stein_sim *sim, int i)
+{
+    int k = i / NOTCH_REGION, place = i % NOTCH_REGION;
+    const stein_notch *notch = &sim->model->notches[k];
+    int is_corner = place == NOTCH_CORNER; // that of the catcher, on a line of the beak
+    return (site){.pair = {.index = sim->model->ncontact + k,
+                           .frame = {is_corner ? notch->catcher : notch->beak,
+                                     is_corner ? notch->beak : notch->catcher},
+                           .normal = sim->d + notch->normal,
+                           .friction = sim->d + notch->friction,
+                           .stick = -1},
+                  .guard = sim->model->nspot + NOTCH_GUARDS * k + place,
+                  .line = 1,
+                  .sum = &sim->beak[k]};
+}
+
 INNER void stein__gather(stein_sim *sim)
 {
     const stein_model *model = sim->model;
-    const real *d = sim->d;
     for (int i = 0; i < model->nframe; i++) {
         const stein_frame *frame = &model->frames[i];
         const stein_body *body = &model->bodies[frame->body];
@@ -24,26 +59,10 @@ INNER void stein__gather(stein_sim *sim)
                               .sign = body->sign};
     }
     for (int i = 0; i < model->nspot; i++) {
-        const stein_spot *spot = &model->spots[i];
-        const stein_contact *contact = &model->contacts[spot->contact];
-        const stein_shape *side = spot->side;
-        sim->site[i] = (site){.pair = {.index = spot->contact,
-                                       .solid = side[0].kind == STEIN_SPHERE,
-                                       .frame = {side[0].frame, side[1].frame},
-                                       .normal = d + contact->normal,
-                                       .friction = d + contact->friction,
-                                       .stick = -1},
-                              .line = side[1].kind == STEIN_LINE,
-                              .a = d + side[0].d,
-                              .b = d + side[1].d};
+        sim->site[i] = site_of_spot(sim, i);
     }
-    for (int i = 0; i < model->nnotch; i++) {
-        const stein_notch *notch = &model->notches[i];
-        sim->catch[i] = (pair){.index = model->ncontact + i,
-                               .frame = {notch->beak, notch->catcher},
-                               .normal = d + notch->normal,
-                               .friction = d + notch->friction,
-                               .stick = -1};
+    for (int i = model->nspot; i < sim->nsite; i++) {
+        sim->site[i] = site_of_notch(sim, i - model->nspot);
     }
     for (int j = 0; j < model->nq; j++) {
         sim->hold.joint[j] = -1;
@@ -70,19 +89,48 @@ static void prepare_pair(stein_sim *sim, pair *p)
     }
 }
 
+static void prepare_spot(site *s)
+{
+    const real *a = s->a, *b = s->b;
+    int r = s->pair.solid ? (int)STEIN_SOLID_R : (int)STEIN_SHAPE_R;
+    s->round = any(differ(a[r], 0.0));
+    s->reach = a[r] + b[r] - s->pair.normal[STEIN_NORMAL_GAP];
+    if (!s->pair.solid) {
+        s->at[0] = (vec2){a[STEIN_SHAPE_X], a[STEIN_SHAPE_Z]};
+        s->at[1] = (vec2){b[STEIN_SHAPE_X], b[STEIN_SHAPE_Z]};
+        s->n = (vec2){b[STEIN_SHAPE_NX], b[STEIN_SHAPE_NZ]};
+    }
+}
+
+/* Outward normals of the second body: the roof looks down (r turned by +90), the face looks right
+ * (v turned by -90). The corner is on the upper face of the beak. */
+static void prepare_notch(site *s, const real *d, int place)
+{
+    vec2 beak = {d[STEIN_NOTCH_EX], d[STEIN_NOTCH_EZ]};
+    vec2 corner = {d[STEIN_NOTCH_CX], d[STEIN_NOTCH_CZ]};
+    vec2 roof = {-d[STEIN_NOTCH_RZ], d[STEIN_NOTCH_RX]};
+    vec2 face = {d[STEIN_NOTCH_VZ], -d[STEIN_NOTCH_VX]};
+    vec2 up = {-d[STEIN_NOTCH_BZ], d[STEIN_NOTCH_BX]};
+    s->reach = -s->pair.normal[STEIN_NORMAL_GAP];
+    s->at[0] = place == NOTCH_CORNER ? corner : beak;
+    s->at[1] = place == NOTCH_CORNER ? beak : corner;
+    s->n = place == NOTCH_TIP ? roof : place == NOTCH_CORNER ? up : face;
+}
+
 INNER void stein__pairs_prepare(stein_sim *sim)
 {
-    for (int i = 0; i < sim->model->nspot; i++) {
+    int nspot = sim->model->nspot;
+    for (int i = 0; i < sim->nsite; i++) {
         site *s = &sim->site[i];
         prepare_pair(sim, &s->pair);
-        int r = s->pair.solid ? (int)STEIN_SOLID_R : (int)STEIN_SHAPE_R;
-        s->round = any(differ(s->a[r], 0.0));
-        s->kind = !s->pair.plain || !s->line || s->round ? ANY_SPOT
+        if (i < nspot) {
+            prepare_spot(s);
+        } else {
+            const stein_notch *notch = &sim->model->notches[(i - nspot) / NOTCH_REGION];
+            prepare_notch(s, sim->d + notch->d, (i - nspot) % NOTCH_REGION);
+        }
+        s->kind = !s->pair.plain || !s->line || s->round ? ANY_SITE
                   : s->pair.frame[1] < 0                 ? ON_FIXED_LINE
                                                          : ON_LINE;
-        s->reach = s->a[r] + s->b[r] - s->pair.normal[STEIN_NORMAL_GAP];
-    }
-    for (int i = 0; i < sim->model->nnotch; i++) {
-        prepare_pair(sim, &sim->catch[i]);
     }
 }
