@@ -106,6 +106,12 @@ static void spot_at_end(stein_sim *sim, int i, mask on)
 static void press_any(stein_sim *sim, int i, mask on, place_in_step inside)
 {
     int is_spot = i < sim->model->nspot;
+#if STEIN_LANES == 1
+    if (sim->site[i].pair.solid) {
+        stein__solid_forces(sim, i);
+        return;
+    }
+#endif
     if (is_spot && inside == AT_END) {
         spot_at_end(sim, i, on);
     } else if (any(on)) {
@@ -118,32 +124,54 @@ static void press_any(stein_sim *sim, int i, mask on, place_in_step inside)
     }
 }
 
-INNER void stein__site_forces(stein_sim *sim)
+/* a place that is on, in a stage */
+static void press_in_stage(stein_sim *sim, int i, mask on)
 {
     static const shape fixed_line = {1, 0, {1, 1, IN_STAGE}},
                        moving_line = {1, 0, {0, 1, IN_STAGE}};
-    place_in_step inside = sim->inside;
-    for (int i = 0; i < sim->nsite; i++) {
-        const site *s = &sim->site[i];
-        mask on = mask_of(sim->mode[s->guard]);
-        if (inside != AT_END && !any(on)) {
-            continue;
-        }
+    const site *s = &sim->site[i];
+    switch (s->kind) {
+    case ON_FIXED_LINE: press(sim, s, on, fixed_line); break;
+    case ON_LINE: press(sim, s, on, moving_line); break;
+    case ANY_SITE: press_any(sim, i, on, IN_STAGE); break;
+    }
+}
+
 #if STEIN_LANES == 1
-        if (s->pair.solid) {
-            stein__solid_forces(sim, i);
-            continue;
+
+void stein__site_forces(stein_sim *sim)
+{
+    const stein__duo *duo = sim->duo;
+    if (sim->inside == IN_STAGE) {
+        for (int k = 0; k < sim->npressing; k++) {
+            if (sim->pressing[k] < 0) {
+                stein__press_abreast(duo++);
+            } else {
+                press_in_stage(sim, sim->pressing[k], 1);
+            }
         }
-#endif
-        if (inside == IN_STAGE && s->kind == ON_FIXED_LINE) {
-            press(sim, s, on, fixed_line);
-        } else if (inside == IN_STAGE && s->kind == ON_LINE) {
-            press(sim, s, on, moving_line);
-        } else {
-            press_any(sim, i, on, inside);
+        return;
+    }
+    for (int i = 0; i < sim->nsite; i++) {
+        press_any(sim, i, sim->mode[sim->site[i].guard], sim->inside);
+    }
+}
+
+#else
+
+INNER void stein__site_forces(stein_sim *sim)
+{
+    for (int i = 0; i < sim->nsite; i++) {
+        mask on = mask_of(sim->mode[sim->site[i].guard]);
+        if (sim->inside != IN_STAGE) {
+            press_any(sim, i, on, sim->inside);
+        } else if (any(on)) {
+            press_in_stage(sim, i, on);
         }
     }
 }
+
+#endif
 
 INNER real stein__spot_guard(const stein_sim *sim, int i)
 {

@@ -39,6 +39,7 @@
 #ifndef STEIN_CORE_H
 #define STEIN_CORE_H
 
+#include "abreast.h"
 #include "laws.h"
 #include "plane.h"
 #include "stein/sim.h"
@@ -247,6 +248,10 @@ struct stein_sim {
     limb *limb; /* [nframe] */
     site *site; /* [nsite] spots, then three a notch: tip, corner, face */
     int nsite;
+    int *pressing; /* [npressing] what presses in a stage, in order: a site, or -1: the next duo */
+    int npressing; /* -1: not known */
+    stein__duo *duo;      /* [nsite/2] two sites that follow each other */
+    unsigned char *as_of; /* [nguard] the modes that this belongs to */
 
     /* result of the last evaluation (stein__evaluate) */
     real *qdd;        /* [nq] */
@@ -406,6 +411,10 @@ double stein__spot_slid(const stein_sim *sim, int spot);
 double stein__spot_bias(const stein_sim *sim, int spot, const touch *t);
 #endif
 INNER void stein__site_forces(stein_sim *sim);
+#if STEIN_LANES == 1
+/* before stages: what presses in them */
+void stein__find_pressing(stein_sim *sim);
+#endif
 
 /* a force on a frame's body at a place of the fixed frame */
 static inline void apply(stein_sim *sim, int frame, vec2 at, vec2 force)

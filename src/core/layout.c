@@ -129,6 +129,11 @@ static void carve_all(stein_sim *s, arena *a, const stein_model *m)
     s->limb = carve(a, sizeof *s->limb * (size_t)m->nframe);
     s->nsite = m->nspot + NOTCH_REGION * m->nnotch;
     s->site = carve(a, sizeof *s->site * (size_t)s->nsite);
+#if STEIN_LANES == 1
+    s->pressing = carve(a, sizeof *s->pressing * (size_t)s->nsite);
+    s->duo = carve(a, sizeof *s->duo * (size_t)(s->nsite / 2));
+    s->as_of = carve(a, (size_t)s->nguard);
+#endif
     s->qdd = reals(a, nq);
     s->guard = reals(a, s->nswitch);
     s->spot = carve(a, sizeof *s->spot * (size_t)m->nspot);

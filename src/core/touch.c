@@ -120,6 +120,7 @@ static void prepare_notch(site *s, const real *d, int place)
 INNER void stein__pairs_prepare(stein_sim *sim)
 {
     int nspot = sim->model->nspot;
+    sim->npressing = -1;
     for (int i = 0; i < sim->nsite; i++) {
         site *s = &sim->site[i];
         prepare_pair(sim, &s->pair);
@@ -134,3 +135,58 @@ INNER void stein__pairs_prepare(stein_sim *sim)
                                                          : ON_LINE;
     }
 }
+
+#if STEIN_LANES == 1
+
+/* a place into one half of a duo */
+static void put_abreast(stein__duo *duo, int k, const site *s)
+{
+    const pair *p = &s->pair;
+    for (int side = 0; side < 2; side++) {
+        duo->at[2 * side].of[k] = s->at[side].x;
+        duo->at[2 * side + 1].of[k] = s->at[side].z;
+        duo->pose[k][side] = &p->pose[side]->x;
+        duo->wrench[k][side] = p->frame[side] < 0 ? NULL : &p->wrench[side]->x;
+    }
+    duo->n[0].of[k] = s->n.x;
+    duo->n[1].of[k] = s->n.z;
+    duo->reach.of[k] = s->reach;
+    for (int i = 0; i < STEIN_NORMAL_SIZE; i++) {
+        duo->normal[i].of[k] = p->normal[i];
+    }
+    duo->level.of[k] = p->friction[STEIN_FRICTION_A];
+    duo->inverse_vt.of[k] = p->inverse_vt;
+}
+
+static void list_pressing(stein_sim *sim)
+{
+    stein__duo *duo = sim->duo;
+    int before = -1; // a plain place that may have a second one
+    sim->npressing = 0;
+    for (int i = 0; i < sim->nsite; i++) {
+        const site *s = &sim->site[i];
+        if (!sim->mode[s->guard]) {
+            continue;
+        }
+        if (s->kind != ANY_SITE && before >= 0) {
+            put_abreast(duo, 0, &sim->site[before]);
+            put_abreast(duo++, 1, s);
+            sim->pressing[sim->npressing - 1] = -1;
+            before = -1;
+        } else {
+            before = s->kind != ANY_SITE ? i : -1;
+            sim->pressing[sim->npressing++] = i;
+        }
+    }
+}
+
+void stein__find_pressing(stein_sim *sim)
+{
+    size_t n = (size_t)sim->nguard;
+    if (sim->npressing < 0 || memcmp(sim->as_of, sim->mode, n) != 0) {
+        memcpy(sim->as_of, sim->mode, n);
+        list_pressing(sim);
+    }
+}
+
+#endif

@@ -1,0 +1,67 @@
+/* SPDX-License-Identifier: MIT
+ * abreast.c - two places of one simulation in the two halves of a register: depth, speeds, laws and
+ * forces as contact.c and pair_force.h have them, operation by operation, so with the same bits.
+ * Every processor has such registers; most of a stage are such places.
+ */
+#define STEIN_LANES 2
+
+#include "abreast.h"
+
+#include "laws.h"
+#include "plane.h"
+
+static inline const real *numbers(const stein__both *from)
+{
+    return (const real *)(const void *)from;
+}
+
+static inline real number(const stein__both *from)
+{
+    return *numbers(from);
+}
+
+/* poses of one body of each place */
+static inline stein_pose poses(const double *a, const double *b)
+{
+    return (stein_pose){{a[0], b[0]}, {a[1], b[1]}, {a[2], b[2]}, {a[3], b[3]},
+                        {a[4], b[4]}, {a[5], b[5]}, {a[6], b[6]}};
+}
+
+static inline void add_to(double *to, const wrench *w, int k)
+{
+    to[0] += w->x[k];
+    to[1] += w->z[k];
+    to[2] += w->m[k];
+}
+
+static inline wrench wrench_of(vec2 arm, vec2 force)
+{
+    return (wrench){force.x, force.z, arm.x * force.z - arm.z * force.x};
+}
+
+void stein__press_abreast(const stein__duo *duo)
+{
+    stein_pose a = poses(duo->pose[0][0], duo->pose[1][0]),
+               b = poses(duo->pose[0][1], duo->pose[1][1]);
+    vec2 at = place(&a, number(&duo->at[0]), number(&duo->at[1]));
+    vec2 foot = place(&b, number(&duo->at[2]), number(&duo->at[3]));
+    vec2 n = turn(&b, number(&duo->n[0]), number(&duo->n[1]));
+    real depth = number(&duo->reach) - ((at.x - foot.x) * n.x + (at.z - foot.z) * n.z);
+
+    vec2 arm = arm_to(&a, at), arm1 = arm_to(&b, at);
+    vec2 va = velocity_at(&a, arm), vb = velocity_at(&b, arm1), v = {va.x - vb.x, va.z - vb.z};
+    real rate = -(v.x * n.x + v.z * n.z), speed = v.x * n.z - v.z * n.x;
+    real slip = speed * number(&duo->inverse_vt);
+
+    real normal = stein__normal(numbers(duo->normal), 0, depth, rate);
+    real mu = number(&duo->level) * stein__tanh(slip);
+    real tangent = only(more(normal, 0.0), -normal * mu);
+    vec2 force = {normal * n.x + tangent * n.z, normal * n.z + tangent * -n.x};
+    wrench w = wrench_of(arm, force), w1 = wrench_of(arm1, (vec2){-force.x, -force.z});
+    for (int k = 0; k < 2; k++) {
+        add_to(duo->wrench[k][0], &w, k);
+        if (duo->wrench[k][1] != NULL) {
+            add_to(duo->wrench[k][1], &w1, k);
+        }
+    }
+}
