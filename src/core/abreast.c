@@ -39,7 +39,12 @@ static inline wrench wrench_of(vec2 arm, vec2 force)
     return (wrench){force.x, force.z, arm.x * force.z - arm.z * force.x};
 }
 
-void stein__press_abreast(const stein__duo *duo)
+static inline void put(stein__both *to, real x)
+{
+    memcpy(to, &x, sizeof x);
+}
+
+ALWAYS void press(const stein__duo *duo, stein__deed *deed)
 {
     stein_pose a = poses(duo->pose[0][0], duo->pose[1][0]),
                b = poses(duo->pose[0][1], duo->pose[1][1]);
@@ -51,10 +56,10 @@ void stein__press_abreast(const stein__duo *duo)
     vec2 arm = arm_to(&a, at), arm1 = arm_to(&b, at);
     vec2 va = velocity_at(&a, arm), vb = velocity_at(&b, arm1), v = {va.x - vb.x, va.z - vb.z};
     real rate = -(v.x * n.x + v.z * n.z), speed = v.x * n.z - v.z * n.x;
-    real slip = speed * number(&duo->inverse_vt);
+    real slip = speed * number(&duo->inverse_vt), grip = stein__tanh(slip);
 
     real normal = stein__normal(numbers(duo->normal), 0, depth, rate);
-    real mu = number(&duo->level) * stein__tanh(slip);
+    real mu = number(&duo->level) * grip;
     real tangent = only(more(normal, 0.0), -normal * mu);
     vec2 force = {normal * n.x + tangent * n.z, normal * n.z + tangent * -n.x};
     wrench w = wrench_of(arm, force), w1 = wrench_of(arm1, (vec2){-force.x, -force.z});
@@ -64,4 +69,27 @@ void stein__press_abreast(const stein__duo *duo)
             add_to(duo->wrench[k][1], &w1, k);
         }
     }
+    if (deed != NULL) {
+        put(&deed->at[0], at.x);
+        put(&deed->at[1], at.z);
+        put(&deed->n[0], n.x);
+        put(&deed->n[1], n.z);
+        put(&deed->depth, depth);
+        put(&deed->rate, rate);
+        put(&deed->speed, speed);
+        put(&deed->slip, slip);
+        put(&deed->grip, grip);
+        put(&deed->normal, normal);
+        put(&deed->tangent, tangent);
+    }
+}
+
+void stein__press_abreast(const stein__duo *duo)
+{
+    press(duo, NULL);
+}
+
+void stein__press_abreast_told(const stein__duo *duo, stein__deed *deed)
+{
+    press(duo, deed);
 }

@@ -22,9 +22,17 @@ typedef struct stein__duo {
     stein__both level, inverse_vt;         /* of the friction */
     const double *pose[2][2];              /* [place][body], in the order of stein_pose */
     double *wrench[2][2];                  /* x, z, m; NULL: not asked for */
+    int site[2];                           /* whose numbers these are */
 } stein__duo;
 
-/** Their forces into the wrenches, of the first place first. */
+/** What both places did, as a touch has it. */
+typedef struct stein__deed {
+    stein__both at[2], n[2]; /* x, z */
+    stein__both depth, rate, speed, slip, grip, normal, tangent;
+} stein__deed;
+
+/** Their forces into the wrenches, of the first place first; and what they did. */
 void stein__press_abreast(const stein__duo *duo);
+void stein__press_abreast_told(const stein__duo *duo, stein__deed *deed);
 
 #endif

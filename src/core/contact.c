@@ -88,90 +88,111 @@ ALWAYS void press(stein_sim *sim, const site *s, mask on, shape is)
     press_at(sim, s, on, &m, is);
 }
 
-static void spot_at_end(stein_sim *sim, int i, mask on)
+/* gap and guard of a spot, whose force begins at 0 */
+static void look_at(stein_sim *sim, int i)
 {
     const site *s = &sim->site[i];
     shape is = shape_of(s);
     meeting m = meet(s, is);
-#if STEIN_LANES == 1
     sim->spot[i] = (spot_force){.gap = -m.depth};
-#endif
     sim->guard[i] = sel(is_lifted(sim, s->pair.index), same(-1.0), guard_of(s, &m, is));
-    if (any(on)) {
-        press_at(sim, s, on, &m, is);
-    }
 }
 
-/* any place, anywhere in a step */
-static void press_any(stein_sim *sim, int i, mask on, place_in_step inside)
-{
-    int is_spot = i < sim->model->nspot;
-#if STEIN_LANES == 1
-    if (sim->site[i].pair.solid) {
-        stein__solid_forces(sim, i);
-        return;
-    }
-#endif
-    if (is_spot && inside == AT_END) {
-        spot_at_end(sim, i, on);
-    } else if (any(on)) {
-        shape is = shape_of(&sim->site[i]);
-        is.of.inside = inside;
-        if (is_spot) {
-            sim->spot[i] = (spot_force){.gap = sim->spot[i].gap};
-        }
-        press(sim, &sim->site[i], on, is);
-    }
-}
-
-/* a place that is on, in a stage */
-static void press_in_stage(stein_sim *sim, int i, mask on)
+/* a place that is on */
+static void press_site(stein_sim *sim, int i, mask on)
 {
     static const shape fixed_line = {1, 0, {1, 1, IN_STAGE}},
                        moving_line = {1, 0, {0, 1, IN_STAGE}};
     const site *s = &sim->site[i];
-    switch (s->kind) {
-    case ON_FIXED_LINE: press(sim, s, on, fixed_line); break;
-    case ON_LINE: press(sim, s, on, moving_line); break;
-    case ANY_SITE: press_any(sim, i, on, IN_STAGE); break;
+#if STEIN_LANES == 1
+    if (s->pair.solid) {
+        stein__solid_forces(sim, i);
+        return;
+    }
+#endif
+    if (sim->inside == IN_STAGE && s->kind == ON_FIXED_LINE) {
+        press(sim, s, on, fixed_line);
+    } else if (sim->inside == IN_STAGE && s->kind == ON_LINE) {
+        press(sim, s, on, moving_line);
+    } else {
+        shape is = shape_of(s);
+        is.of.inside = sim->inside;
+        press(sim, s, on, is);
     }
 }
 
 #if STEIN_LANES == 1
 
-void stein__site_forces(stein_sim *sim)
+/* two places, and at the end of a step what they did */
+static void press_two(stein_sim *sim, const stein__duo *duo)
 {
-    const stein__duo *duo = sim->duo;
     if (sim->inside == IN_STAGE) {
-        for (int k = 0; k < sim->npressing; k++) {
-            if (sim->pressing[k] < 0) {
-                stein__press_abreast(duo++);
-            } else {
-                press_in_stage(sim, sim->pressing[k], 1);
-            }
-        }
+        stein__press_abreast(duo);
         return;
     }
-    for (int i = 0; i < sim->nsite; i++) {
-        press_any(sim, i, sim->mode[sim->site[i].guard], sim->inside);
-    }
-}
-
-#else
-
-INNER void stein__site_forces(stein_sim *sim)
-{
-    for (int i = 0; i < sim->nsite; i++) {
-        mask on = mask_of(sim->mode[sim->site[i].guard]);
-        if (sim->inside != IN_STAGE) {
-            press_any(sim, i, on, sim->inside);
-        } else if (any(on)) {
-            press_in_stage(sim, i, on);
-        }
+    stein__deed did;
+    stein__press_abreast_told(duo, &did);
+    for (int k = 0; k < 2; k++) {
+        const site *s = &sim->site[duo->site[k]];
+        touch told = {.pair = &s->pair,
+                      .at = {did.at[0].of[k], did.at[1].of[k]},
+                      .n = {did.n[0].of[k], did.n[1].of[k]},
+                      .normal = did.normal.of[k],
+                      .depth = did.depth.of[k],
+                      .rate = did.rate.of[k],
+                      .speed = did.speed.of[k],
+                      .sum = s->sum};
+        stein__tell(sim, &told, did.slip.of[k], did.grip.of[k], did.tangent.of[k]);
     }
 }
 
 #endif
+
+/* what is told of spots begins at 0; at the end of a step also where they are */
+static void begin_spots(stein_sim *sim)
+{
+    for (int i = 0; i < sim->model->nspot; i++) {
+        mask on = mask_of(sim->mode[i]);
+#if STEIN_LANES == 1
+        if (sim->site[i].pair.solid) {
+            if (!on) {
+                stein__solid_forces(sim, i);
+            }
+            continue;
+        }
+#endif
+        if (sim->inside == AT_END) {
+            look_at(sim, i);
+        } else if (any(on)) {
+            sim->spot[i] = (spot_force){.gap = sim->spot[i].gap};
+        }
+    }
+}
+
+INNER void stein__site_forces(stein_sim *sim)
+{
+    if (sim->inside != IN_STAGE || sim->model->nstick > 0) {
+        begin_spots(sim);
+    }
+#if STEIN_LANES == 1
+    const stein__duo *duo = sim->duo;
+    stein__find_pressing(sim);
+    for (int k = 0; k < sim->npressing; k++) {
+        if (sim->pressing[k] < 0) {
+            press_two(sim, duo++);
+        } else {
+            press_site(sim, sim->pressing[k], 1);
+        }
+    }
+#else
+    for (int i = 0; i < sim->nsite; i++) {
+        mask on = mask_of(sim->mode[sim->site[i].guard]);
+        if (any(on)) {
+            press_site(sim, i, on);
+        }
+    }
+#endif
+}
 
 INNER real stein__spot_guard(const stein_sim *sim, int i)
 {

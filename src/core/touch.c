@@ -139,9 +139,11 @@ INNER void stein__pairs_prepare(stein_sim *sim)
 #if STEIN_LANES == 1
 
 /* a place into one half of a duo */
-static void put_abreast(stein__duo *duo, int k, const site *s)
+static void put_abreast(const stein_sim *sim, stein__duo *duo, int k, int index)
 {
+    const site *s = &sim->site[index];
     const pair *p = &s->pair;
+    duo->site[k] = index;
     for (int side = 0; side < 2; side++) {
         duo->at[2 * side].of[k] = s->at[side].x;
         duo->at[2 * side + 1].of[k] = s->at[side].z;
@@ -169,8 +171,8 @@ static void list_pressing(stein_sim *sim)
             continue;
         }
         if (s->kind != ANY_SITE && before >= 0) {
-            put_abreast(duo, 0, &sim->site[before]);
-            put_abreast(duo++, 1, s);
+            put_abreast(sim, duo, 0, before);
+            put_abreast(sim, duo++, 1, i);
             sim->pressing[sim->npressing - 1] = -1;
             before = -1;
         } else {
