@@ -131,6 +131,7 @@ typedef enum site_kind { ANY_SITE, ON_FIXED_LINE, ON_LINE } site_kind;
 typedef struct acting {
     const real *law;
     int joint, parts;
+    int plain;       /* 1: tanh, a spring and a preload are all there is to it */
     real inverse_vt; /* of its friction [s/rad or s/m] */
 } acting;
 
@@ -448,11 +449,12 @@ static inline void copy(real *restrict to, const real *restrict from, int n)
 
 static inline void clear(real *x, int n)
 {
-    for (int j = 0; j + 1 < n; j += 2) {
-        x[j] = x[j + 1] = same(0.0);
+    int j = 0;
+    for (; j + 3 < n; j += 4) {
+        memset(x + j, 0, 4 * sizeof *x);
     }
-    if (n % 2 != 0) {
-        x[n - 1] = same(0.0);
+    for (; j < n; j++) {
+        x[j] = same(0.0);
     }
 }
 
