@@ -27,16 +27,18 @@ static inline stein_pose poses(const double *a, const double *b)
                         {a[4], b[4]}, {a[5], b[5]}, {a[6], b[6]}};
 }
 
-static inline void add_to(double *to, const wrench *w, int k)
+/* a force at the ends of two arms into the wrenches of place k, of the second body the opposite */
+ALWAYS void push(const stein__duo *duo, int k, vec2 force, real moment, real moment1)
 {
-    to[0] += w->x[k];
-    to[1] += w->z[k];
-    to[2] += w->m[k];
-}
-
-static inline wrench wrench_of(vec2 arm, vec2 force)
-{
-    return (wrench){force.x, force.z, arm.x * force.z - arm.z * force.x};
+    double *w = duo->wrench[k][0], *w1 = duo->wrench[k][1];
+    w[0] += force.x[k];
+    w[1] += force.z[k];
+    w[2] += moment[k];
+    if (w1 != NULL) {
+        w1[0] -= force.x[k];
+        w1[1] -= force.z[k];
+        w1[2] -= moment1[k];
+    }
 }
 
 static inline void put(stein__both *to, real x)
@@ -61,14 +63,10 @@ ALWAYS void press(const stein__duo *duo, stein__deed *deed)
     real normal = stein__normal(numbers(duo->normal), 0, depth, rate);
     real mu = number(&duo->level) * grip;
     real tangent = only(more(normal, 0.0), -normal * mu);
-    vec2 force = {normal * n.x + tangent * n.z, normal * n.z + tangent * -n.x};
-    wrench w = wrench_of(arm, force), w1 = wrench_of(arm1, (vec2){-force.x, -force.z});
-    for (int k = 0; k < 2; k++) {
-        add_to(duo->wrench[k][0], &w, k);
-        if (duo->wrench[k][1] != NULL) {
-            add_to(duo->wrench[k][1], &w1, k);
-        }
-    }
+    vec2 force = {normal * n.x + tangent * n.z, normal * n.z - tangent * n.x};
+    real moment = arm.x * force.z - arm.z * force.x, moment1 = arm1.x * force.z - arm1.z * force.x;
+    push(duo, 0, force, moment, moment1);
+    push(duo, 1, force, moment, moment1);
     if (deed != NULL) {
         put(&deed->at[0], at.x);
         put(&deed->at[1], at.z);

@@ -57,7 +57,7 @@ ALWAYS meeting meet(const site *s, shape is)
 ALWAYS real guard_of(const site *s, const meeting *m, shape is)
 {
     real guard = m->depth + s->pair.normal[STEIN_NORMAL_RANGE];
-    if (is.line) {
+    if (is.line && !s->endless) {
         real along = m->r.x * m->n.z - m->r.z * m->n.x;
         guard = smaller(guard, smaller(along - s->b[STEIN_SHAPE_LO], s->b[STEIN_SHAPE_HI] - along));
     }
@@ -88,21 +88,31 @@ ALWAYS void press(stein_sim *sim, const site *s, mask on, shape is)
     press_at(sim, s, on, &m, is);
 }
 
+/* the most usual places, where all is known of them but the numbers */
+static const shape fixed_line = {1, 0, {1, 1, IN_STAGE}}, moving_line = {1, 0, {0, 1, IN_STAGE}};
+
 /* gap and guard of a spot, whose force begins at 0 */
-static void look_at(stein_sim *sim, int i)
+ALWAYS void look(stein_sim *sim, int i, shape is)
 {
     const site *s = &sim->site[i];
-    shape is = shape_of(s);
     meeting m = meet(s, is);
     sim->spot[i] = (spot_force){.gap = -m.depth};
     sim->guard[i] = sel(is_lifted(sim, s->pair.index), same(-1.0), guard_of(s, &m, is));
 }
 
+static void look_at(stein_sim *sim, int i)
+{
+    const site *s = &sim->site[i];
+    switch (s->kind) {
+    case ON_FIXED_LINE: look(sim, i, fixed_line); break;
+    case ON_LINE: look(sim, i, moving_line); break;
+    case ANY_SITE: look(sim, i, shape_of(s)); break;
+    }
+}
+
 /* a place that is on */
 static void press_site(stein_sim *sim, int i, mask on)
 {
-    static const shape fixed_line = {1, 0, {1, 1, IN_STAGE}},
-                       moving_line = {1, 0, {0, 1, IN_STAGE}};
     const site *s = &sim->site[i];
 #if STEIN_LANES == 1
     if (s->pair.solid) {

@@ -142,6 +142,7 @@ typedef struct site {
     int guard;         /* that switches it */
     int line;          /* 1: the second side is a line, 0: a circle */
     int round;         /* 1: the first side has a radius */
+    int endless;       /* 1: a line without ends */
     const real *a, *b; /* both sides of a spot */
     vec2 at[2], n;     /* a point of each body; normal of a line on the second one */
     real reach;        /* where the deformation begins: both radii less the gap [m] */

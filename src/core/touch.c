@@ -99,6 +99,8 @@ static void prepare_spot(site *s)
         s->at[0] = (vec2){a[STEIN_SHAPE_X], a[STEIN_SHAPE_Z]};
         s->at[1] = (vec2){b[STEIN_SHAPE_X], b[STEIN_SHAPE_Z]};
         s->n = (vec2){b[STEIN_SHAPE_NX], b[STEIN_SHAPE_NZ]};
+        s->endless = s->line && !any(differ(b[STEIN_SHAPE_LO], -HUGE_VAL)) &&
+                     !any(differ(b[STEIN_SHAPE_HI], HUGE_VAL));
     }
 }
 
