@@ -186,7 +186,9 @@ INNER void stein__site_forces(stein_sim *sim)
     }
 #if STEIN_LANES == 1
     const stein__duo *duo = sim->duo;
-    stein__find_pressing(sim);
+    if (sim->inside != IN_STAGE) {
+        stein__find_pressing(sim);
+    }
     for (int k = 0; k < sim->npressing; k++) {
         if (sim->pressing[k] < 0) {
             press_two(sim, duo++);

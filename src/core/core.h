@@ -245,6 +245,8 @@ struct stein_sim {
     flag *table_on; /* [ntable] 1: not 0 everywhere */
     int ntable_on;
     int *parent;    /* [nq] joint that the body of a joint hangs on, -1: none */
+    int *turning; /* [nturning] joints that turn */
+    int nturning;
     acting *acting; /* [nacting] joints whose law is not 0 */
     int nacting;
     limb *limb; /* [nframe] */
@@ -426,12 +428,11 @@ static inline void apply(stein_sim *sim, int frame, vec2 at, vec2 force)
 
 #if STEIN_LANES > 0
 /* sc at q */
-static inline void turn_joints(const stein_model *model, const real *q, real *sc)
+static inline void turn_joints(const stein_sim *sim, const real *q, real *sc)
 {
-    for (int j = 0; j < model->nq; j++) {
-        if (model->bodies[j].type == 'R') {
-            stein__sincos(q[j], &sc[2 * j], &sc[2 * j + 1]);
-        }
+    for (int k = 0; k < sim->nturning; k++) {
+        int j = sim->turning[k];
+        stein__sincos(q[j], &sc[2 * j], &sc[2 * j + 1]);
     }
 }
 #endif

@@ -125,6 +125,7 @@ static void carve_all(stein_sim *s, arena *a, const stein_model *m)
     s->slope = reals(a, stein__table_points(m));
     s->table_on = carve(a, sizeof *s->table_on * (size_t)m->ntable);
     s->parent = carve(a, sizeof *s->parent * (size_t)nq);
+    s->turning = carve(a, sizeof *s->turning * (size_t)nq);
     s->acting = carve(a, sizeof *s->acting * (size_t)nq);
     s->limb = carve(a, sizeof *s->limb * (size_t)m->nframe);
     s->nsite = m->nspot + NOTCH_REGION * m->nnotch;

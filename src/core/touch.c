@@ -66,6 +66,9 @@ INNER void stein__gather(stein_sim *sim)
     }
     for (int j = 0; j < model->nq; j++) {
         sim->hold.joint[j] = -1;
+        if (model->bodies[j].type == 'R') {
+            sim->turning[sim->nturning++] = j;
+        }
     }
     for (int k = 0; k < model->nstick; k++) {
         const stein_stick *stick = &model->sticks[k];
