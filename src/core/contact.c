@@ -80,16 +80,10 @@ ALWAYS void press_at(stein_sim *sim, const site *s, mask on, const meeting *m, s
     stein__press(sim, &s->pair, on, at, m->n, m->depth, s->sum, is.of);
 }
 
-/* forces of a place that is on; gap, guard and that there is no force are asked for at the end of a
- * step */
-ALWAYS void press(stein_sim *sim, const site *s, mask on, shape is)
-{
-    meeting m = meet(s, is);
-    press_at(sim, s, on, &m, is);
-}
-
 /* the most usual places, where all is known of them but the numbers */
 static const shape fixed_line = {1, 0, {1, 1, IN_STAGE}}, moving_line = {1, 0, {0, 1, IN_STAGE}};
+
+#if STEIN_LANES == 1
 
 /* gap and guard of a spot, whose force begins at 0 */
 ALWAYS void look(stein_sim *sim, int i, shape is)
@@ -97,7 +91,7 @@ ALWAYS void look(stein_sim *sim, int i, shape is)
     const site *s = &sim->site[i];
     meeting m = meet(s, is);
     sim->spot[i] = (spot_force){.gap = -m.depth};
-    sim->guard[i] = sel(is_lifted(sim, s->pair.index), same(-1.0), guard_of(s, &m, is));
+    sim->guard[i] = is_lifted(sim, s->pair.index) ? -1.0 : guard_of(s, &m, is);
 }
 
 static void look_at(stein_sim *sim, int i)
@@ -110,28 +104,44 @@ static void look_at(stein_sim *sim, int i)
     }
 }
 
-/* a place that is on */
-static void press_site(stein_sim *sim, int i, mask on)
+/* what is told of spots begins at 0; at the end of a step also where they are */
+static void begin_spots(stein_sim *sim)
 {
-    const site *s = &sim->site[i];
-#if STEIN_LANES == 1
-    if (s->pair.solid) {
-        stein__solid_forces(sim, i);
-        return;
-    }
-#endif
-    if (sim->inside == IN_STAGE && s->kind == ON_FIXED_LINE) {
-        press(sim, s, on, fixed_line);
-    } else if (sim->inside == IN_STAGE && s->kind == ON_LINE) {
-        press(sim, s, on, moving_line);
-    } else {
-        shape is = shape_of(s);
-        is.of.inside = sim->inside;
-        press(sim, s, on, is);
+    for (int i = 0; i < sim->model->nspot; i++) {
+        if (sim->site[i].pair.solid) {
+            if (!sim->mode[i]) {
+                stein__solid_forces(sim, i);
+            }
+        } else if (sim->inside == AT_END) {
+            look_at(sim, i);
+        } else if (sim->mode[i]) {
+            sim->spot[i] = (spot_force){.gap = sim->spot[i].gap};
+        }
     }
 }
 
-#if STEIN_LANES == 1
+ALWAYS void press(stein_sim *sim, const site *s, shape is)
+{
+    meeting m = meet(s, is);
+    press_at(sim, s, 1, &m, is);
+}
+
+/* a place that is on */
+static void press_one(stein_sim *sim, int i)
+{
+    const site *s = &sim->site[i];
+    if (s->pair.solid) {
+        stein__solid_forces(sim, i);
+    } else if (sim->inside == IN_STAGE && s->kind == ON_FIXED_LINE) {
+        press(sim, s, fixed_line);
+    } else if (sim->inside == IN_STAGE && s->kind == ON_LINE) {
+        press(sim, s, moving_line);
+    } else {
+        shape is = shape_of(s);
+        is.of.inside = sim->inside;
+        press(sim, s, is);
+    }
+}
 
 /* two places, and at the end of a step what they did */
 static void press_two(stein_sim *sim, const stein__duo *duo)
@@ -156,55 +166,56 @@ static void press_two(stein_sim *sim, const stein__duo *duo)
     }
 }
 
-#endif
-
-/* what is told of spots begins at 0; at the end of a step also where they are */
-static void begin_spots(stein_sim *sim)
+void stein__site_forces(stein_sim *sim)
 {
-    for (int i = 0; i < sim->model->nspot; i++) {
-        mask on = mask_of(sim->mode[i]);
-#if STEIN_LANES == 1
-        if (sim->site[i].pair.solid) {
-            if (!on) {
-                stein__solid_forces(sim, i);
-            }
-            continue;
-        }
-#endif
-        if (sim->inside == AT_END) {
-            look_at(sim, i);
-        } else if (any(on)) {
-            sim->spot[i] = (spot_force){.gap = sim->spot[i].gap};
-        }
-    }
-}
-
-INNER void stein__site_forces(stein_sim *sim)
-{
-    if (sim->inside != IN_STAGE || sim->model->nstick > 0) {
-        begin_spots(sim);
-    }
-#if STEIN_LANES == 1
     const stein__duo *duo = sim->duo;
     if (sim->inside != IN_STAGE) {
         stein__find_pressing(sim);
+    }
+    if (stein__tells(sim, sim->inside)) {
+        begin_spots(sim);
     }
     for (int k = 0; k < sim->npressing; k++) {
         if (sim->pressing[k] < 0) {
             press_two(sim, duo++);
         } else {
-            press_site(sim, sim->pressing[k], 1);
+            press_one(sim, sim->pressing[k]);
         }
     }
-#else
-    for (int i = 0; i < sim->nsite; i++) {
-        mask on = mask_of(sim->mode[sim->site[i].guard]);
-        if (any(on)) {
-            press_site(sim, i, on);
-        }
-    }
-#endif
 }
+
+#else
+
+/* a place, whose forces are told nobody, and at the end of a step the guard of a spot */
+ALWAYS void meet_and_press(stein_sim *sim, int i, mask on, shape is)
+{
+    const site *s = &sim->site[i];
+    meeting m = meet(s, is);
+    if (sim->inside == AT_END && i < sim->model->nspot) {
+        sim->guard[i] = sel(is_lifted(sim, s->pair.index), same(-1.0), guard_of(s, &m, is));
+    }
+    if (any(on)) {
+        press_at(sim, s, on, &m, is);
+    }
+}
+
+INNER void stein__site_forces(stein_sim *sim)
+{
+    for (int i = 0; i < sim->nsite; i++) {
+        const site *s = &sim->site[i];
+        mask on = mask_of(sim->mode[s->guard]);
+        if (!any(on) && (sim->inside == IN_STAGE || i >= sim->model->nspot)) {
+            continue;
+        }
+        switch (s->kind) {
+        case ON_FIXED_LINE: meet_and_press(sim, i, on, fixed_line); break;
+        case ON_LINE: meet_and_press(sim, i, on, moving_line); break;
+        case ANY_SITE: meet_and_press(sim, i, on, shape_of(s)); break;
+        }
+    }
+}
+
+#endif
 
 INNER real stein__spot_guard(const stein_sim *sim, int i)
 {

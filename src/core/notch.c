@@ -108,7 +108,9 @@ INNER void stein__notches_look(stein_sim *sim)
             real *guard = sim->guard + sim->model->nspot + NOTCH_GUARDS * i;
             stein__notch_guards(sim, i, guard, &f->gap);
         }
-        f->depth = f->normal = f->tangent = same(0.0);
+#if STEIN_LANES == 1
+        f->depth = f->normal = f->tangent = 0.0;
+#endif
     }
 }
 
