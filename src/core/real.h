@@ -189,7 +189,11 @@ static inline mask mask_from(unsigned bits)
 /* what holds in a lane becomes known */
 static inline void put_flag(flag *f, int lane, int holds)
 {
-    *f = mask_from((lanes_of(*f) & ~(1u << lane)) | (unsigned)(holds != 0) << lane);
+#if MASK_OF_BITS
+    *f = (mask)((*f & ~(1u << lane)) | (unsigned)(holds != 0) << lane);
+#else
+    (*f)[lane] = -(holds != 0);
+#endif
 }
 
 /* lanes in which equations could not be solved, as generated text says it */
