@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * abreast.h - two places of one simulation, pressed side by side: plain numbers only, so that files
- * whose reals are doubles can meet here the one whose reals are two of them.
+ * abreast.h - places of one simulation, pressed side by side: plain numbers only, so that files
+ * whose reals are doubles can meet here those whose reals are several of them.
  * Included by: this folder.
  */
 #ifndef STEIN_ABREAST_H
@@ -8,31 +8,42 @@
 
 #include "stein/model.h"
 
-/** A number of both places. */
-typedef struct stein__both {
-    double of[2];
-} __attribute__((aligned(16))) stein__both;
+enum { STEIN__MOST_ABREAST = 4 };
 
-/** Two points on lines whose laws are plain, and what follows from parameters alone. */
-typedef struct stein__duo {
-    stein__both at[4];                     /* x, z of a point of each body: the point, the line */
-    stein__both n[2];                      /* normal of the line on the second body */
-    stein__both reach;                     /* see site */
-    stein__both normal[STEIN_NORMAL_SIZE]; /* law */
-    stein__both level, inverse_vt;         /* of the friction */
-    const double *pose[2][2];              /* [place][body], in the order of stein_pose */
-    double *wrench[2][2];                  /* x, z, m; NULL: not asked for */
-    int site[2];                           /* whose numbers these are */
-} stein__duo;
+/** A number of each place. */
+typedef struct stein__each {
+    double of[STEIN__MOST_ABREAST];
+} __attribute__((aligned(16))) stein__each;
 
-/** What both places did, as a touch has it. */
+/** Points on lines whose laws are plain, in numbers that follow from parameters alone. Where there
+ *  are fewer than side by side, the last one is there again. */
+typedef struct stein__group {
+    stein__each at[4];                     /* x, z of a point of each body: the point, the line */
+    stein__each line[2];                   /* normal of the line, on the second body */
+    stein__each reach;                     /* see site */
+    stein__each normal[STEIN_NORMAL_SIZE]; /* law */
+    stein__each level, inverse_vt;         /* of the friction */
+    const double *pose[STEIN__MOST_ABREAST][2]; /* [place][body], in the order of stein_pose */
+    double *wrench[STEIN__MOST_ABREAST][2];     /* x, z, m; NULL: not asked for */
+    int site[STEIN__MOST_ABREAST];
+    int n; /* of places */
+} stein__group;
+
+/** What they did, as a touch has it. */
 typedef struct stein__deed {
-    stein__both at[2], n[2]; /* x, z */
-    stein__both depth, rate, speed, slip, grip, normal, tangent;
+    stein__each at[2], n[2]; /* x, z */
+    stein__each depth, rate, speed, slip, grip, normal, tangent;
 } stein__deed;
 
-/** Their forces into the wrenches, of the first place first; and what they did. */
-void stein__press_abreast(const stein__duo *duo);
-void stein__press_abreast_told(const stein__duo *duo, stein__deed *deed);
+/** Code for so many places. */
+typedef struct stein__abreast {
+    int most;
+    /** Their forces into the wrenches, in order. */
+    void (*press)(const stein__group *g);
+    /** And what they did. */
+    void (*press_told)(const stein__group *g, stein__deed *deed);
+} stein__abreast;
+
+extern const stein__abreast stein__abreast2, stein__abreast4;
 
 #endif

@@ -120,40 +120,31 @@ static void begin_spots(stein_sim *sim)
     }
 }
 
-ALWAYS void press(stein_sim *sim, const site *s, shape is)
-{
-    meeting m = meet(s, is);
-    press_at(sim, s, 1, &m, is);
-}
-
-/* a place that is on */
+/* a place that is on and not plain */
 static void press_one(stein_sim *sim, int i)
 {
     const site *s = &sim->site[i];
     if (s->pair.solid) {
         stein__solid_forces(sim, i);
-    } else if (sim->inside == IN_STAGE && s->kind == ON_FIXED_LINE) {
-        press(sim, s, fixed_line);
-    } else if (sim->inside == IN_STAGE && s->kind == ON_LINE) {
-        press(sim, s, moving_line);
     } else {
         shape is = shape_of(s);
+        meeting m = meet(s, is);
         is.of.inside = sim->inside;
-        press(sim, s, is);
+        press_at(sim, s, 1, &m, is);
     }
 }
 
-/* two places, and at the end of a step what they did */
-static void press_two(stein_sim *sim, const stein__duo *duo)
+/* plain ones, and at the end of a step what they did */
+static void press_group(stein_sim *sim, const stein__group *g)
 {
     if (sim->inside == IN_STAGE) {
-        stein__press_abreast(duo);
+        sim->abreast->press(g);
         return;
     }
     stein__deed did;
-    stein__press_abreast_told(duo, &did);
-    for (int k = 0; k < 2; k++) {
-        const site *s = &sim->site[duo->site[k]];
+    sim->abreast->press_told(g, &did);
+    for (int k = 0; k < g->n; k++) {
+        const site *s = &sim->site[g->site[k]];
         touch told = {.pair = &s->pair,
                       .at = {did.at[0].of[k], did.at[1].of[k]},
                       .n = {did.n[0].of[k], did.n[1].of[k]},
@@ -168,7 +159,7 @@ static void press_two(stein_sim *sim, const stein__duo *duo)
 
 void stein__site_forces(stein_sim *sim)
 {
-    const stein__duo *duo = sim->duo;
+    const stein__group *g = sim->group;
     if (sim->inside != IN_STAGE) {
         stein__find_pressing(sim);
     }
@@ -177,7 +168,7 @@ void stein__site_forces(stein_sim *sim)
     }
     for (int k = 0; k < sim->npressing; k++) {
         if (sim->pressing[k] < 0) {
-            press_two(sim, duo++);
+            press_group(sim, g++);
         } else {
             press_one(sim, sim->pressing[k]);
         }

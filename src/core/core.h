@@ -244,7 +244,7 @@ struct stein_sim {
     real *slope;    /* of the points of all tables, behind each other */
     flag *table_on; /* [ntable] 1: not 0 everywhere */
     int ntable_on;
-    int *parent;    /* [nq] joint that the body of a joint hangs on, -1: none */
+    int *parent;  /* [nq] joint that the body of a joint hangs on, -1: none */
     int *turning; /* [nturning] joints that turn */
     int nturning;
     acting *acting; /* [nacting] joints whose law is not 0 */
@@ -252,9 +252,10 @@ struct stein_sim {
     limb *limb; /* [nframe] */
     site *site; /* [nsite] spots, then three a notch: tip, corner, face */
     int nsite;
-    int *pressing; /* [npressing] what presses in a stage, in order: a site, or -1: the next duo */
-    int npressing; /* -1: not known */
-    stein__duo *duo;      /* [nsite/2] two sites that follow each other */
+    const stein__abreast *abreast; /* how plain sites are pressed */
+    int *pressing;        /* [npressing] what presses, in order: a site, or -1: the next group */
+    int npressing;        /* -1: not known */
+    stein__group *group;  /* [nsite] */
     unsigned char *as_of; /* [nguard] the modes that this belongs to */
 
     /* result of the last evaluation (stein__evaluate) */
@@ -416,7 +417,7 @@ double stein__spot_bias(const stein_sim *sim, int spot, const touch *t);
 #endif
 INNER void stein__site_forces(stein_sim *sim);
 #if STEIN_LANES == 1
-/* before stages: what presses in them */
+/* what presses in the present modes */
 void stein__find_pressing(stein_sim *sim);
 #endif
 

@@ -132,7 +132,7 @@ static void carve_all(stein_sim *s, arena *a, const stein_model *m)
     s->site = carve(a, sizeof *s->site * (size_t)s->nsite);
 #if STEIN_LANES == 1
     s->pressing = carve(a, sizeof *s->pressing * (size_t)s->nsite);
-    s->duo = carve(a, sizeof *s->duo * (size_t)(s->nsite / 2));
+    s->group = carve(a, sizeof *s->group * (size_t)s->nsite);
     s->as_of = carve(a, (size_t)s->nguard);
 #endif
     s->qdd = reals(a, nq);

@@ -3,6 +3,7 @@
  * simulation, and what follows from its parameters.
  */
 #include "core.h"
+#include "lane.h"
 
 static site site_of_spot(stein_sim *sim, int i)
 {
@@ -40,6 +41,17 @@ static site site_of_notch(stein_sim *sim, int i)
                   .sum = &sim->beak[k]};
 }
 
+#if STEIN_LANES == 1
+static const stein__abreast *widest(void)
+{
+#if STEIN_WIDEST == 8
+    return stein__processor_lanes() >= 4 ? &stein__abreast4 : &stein__abreast2;
+#else
+    return &stein__abreast2;
+#endif
+}
+#endif
+
 INNER void stein__gather(stein_sim *sim)
 {
     const stein_model *model = sim->model;
@@ -64,6 +76,9 @@ INNER void stein__gather(stein_sim *sim)
     for (int i = model->nspot; i < sim->nsite; i++) {
         sim->site[i] = site_of_notch(sim, i - model->nspot);
     }
+#if STEIN_LANES == 1
+    sim->abreast = widest();
+#endif
     for (int j = 0; j < model->nq; j++) {
         sim->hold.joint[j] = -1;
         if (model->bodies[j].type == 'R') {
@@ -143,47 +158,52 @@ INNER void stein__pairs_prepare(stein_sim *sim)
 
 #if STEIN_LANES == 1
 
-/* a place into one half of a duo */
-static void put_abreast(const stein_sim *sim, stein__duo *duo, int k, int index)
+/* a site as place k of a group, and of what is left of it */
+static void put_abreast(stein__group *g, int k, const site *s)
 {
-    const site *s = &sim->site[index];
     const pair *p = &s->pair;
-    duo->site[k] = index;
-    for (int side = 0; side < 2; side++) {
-        duo->at[2 * side].of[k] = s->at[side].x;
-        duo->at[2 * side + 1].of[k] = s->at[side].z;
-        duo->pose[k][side] = &p->pose[side]->x;
-        duo->wrench[k][side] = p->frame[side] < 0 ? NULL : &p->wrench[side]->x;
+    for (; k < STEIN__MOST_ABREAST; k++) {
+        for (int side = 0; side < 2; side++) {
+            g->at[2 * side].of[k] = s->at[side].x;
+            g->at[2 * side + 1].of[k] = s->at[side].z;
+            g->pose[k][side] = &p->pose[side]->x;
+            g->wrench[k][side] = p->frame[side] < 0 ? NULL : &p->wrench[side]->x;
+        }
+        g->line[0].of[k] = s->n.x;
+        g->line[1].of[k] = s->n.z;
+        g->reach.of[k] = s->reach;
+        for (int i = 0; i < STEIN_NORMAL_SIZE; i++) {
+            g->normal[i].of[k] = p->normal[i];
+        }
+        g->level.of[k] = p->friction[STEIN_FRICTION_A];
+        g->inverse_vt.of[k] = p->inverse_vt;
     }
-    duo->n[0].of[k] = s->n.x;
-    duo->n[1].of[k] = s->n.z;
-    duo->reach.of[k] = s->reach;
-    for (int i = 0; i < STEIN_NORMAL_SIZE; i++) {
-        duo->normal[i].of[k] = p->normal[i];
-    }
-    duo->level.of[k] = p->friction[STEIN_FRICTION_A];
-    duo->inverse_vt.of[k] = p->inverse_vt;
 }
 
+/* Plain sites that follow each other are a group: forces are summed in the order of sites. */
 static void list_pressing(stein_sim *sim)
 {
-    stein__duo *duo = sim->duo;
-    int before = -1; // a plain place that may have a second one
+    stein__group *g = sim->group - 1;
+    int room = 0;
     sim->npressing = 0;
     for (int i = 0; i < sim->nsite; i++) {
         const site *s = &sim->site[i];
         if (!sim->mode[s->guard]) {
             continue;
         }
-        if (s->kind != ANY_SITE && before >= 0) {
-            put_abreast(sim, duo, 0, before);
-            put_abreast(sim, duo++, 1, i);
-            sim->pressing[sim->npressing - 1] = -1;
-            before = -1;
-        } else {
-            before = s->kind != ANY_SITE ? i : -1;
+        if (s->kind == ANY_SITE) {
             sim->pressing[sim->npressing++] = i;
+            room = 0;
+            continue;
         }
+        if (room == 0) {
+            sim->pressing[sim->npressing++] = -1;
+            room = sim->abreast->most;
+            (++g)->n = 0;
+        }
+        put_abreast(g, g->n, s);
+        g->site[g->n++] = i;
+        room--;
     }
 }
 
