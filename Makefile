@@ -193,7 +193,7 @@ $(B)/obj/tests/lanes$(1)/%.o: tests/lanes/%.c | $(B)/.gitignore
 endef
 $(foreach w,$(WIDTHS),$(eval $(call wide_test,$w)))
 $(call obj,$(TEST_SRC)): ALL_CPPFLAGS += -Itests -Itests/gen
-$(B)/obj/tests/core/test_elementary.o: ALL_CPPFLAGS += -DSTEIN_WIDEST=$(lastword $(WIDTHS))
+$(call obj,tests/core/test_elementary.c tests/core/test_contact.c): ALL_CPPFLAGS += -DSTEIN_WIDEST=$(lastword $(WIDTHS))
 
 include make/generated.mk
 
