@@ -20,7 +20,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "functions.h"
 #include "tree.h"
 
 static ex formula_node(ex_graph *g, const tree *t, const mech_formula *f)

@@ -9,7 +9,6 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "functions.h"
 #include "reader.h"
 
 /** Places on body i into the axes of its parent. A place at a named point follows that. */

@@ -4,30 +4,14 @@
  */
 #include <string.h>
 
-#include "lab_support.h"
 #include "mechanism_cases.h"
+#include "simulation_support.h"
 #include "stein/batch.h"
 #include "stein/derivative.h"
 
 Suite *loops_suite(void);
 
 enum { MOST = 32 }; /* joints, rows */
-
-static lab_model *model;
-
-static stein_sim *start(const char *text)
-{
-    stein_sim *sim = NULL;
-    model = open_text(text, NULL, 0);
-    ck_assert_stein(lab_sim(model, NULL, &sim, err));
-    return sim;
-}
-
-static void finish(stein_sim *sim)
-{
-    stein_sim_destroy(sim);
-    lab_close(model);
-}
 
 typedef struct constants {
     const stein_model *m;

@@ -4,27 +4,12 @@
  */
 #include <string.h>
 
-#include "lab_support.h"
 #include "mechanism.h"
+#include "simulation_support.h"
 
 Suite *reaction_suite(void);
 
 static const double g = 9.81;
-static lab_model *model;
-
-static stein_sim *start(const char *text)
-{
-    stein_sim *sim = NULL;
-    model = open_text(text, NULL, 0);
-    ck_assert_stein(lab_sim(model, NULL, &sim, err));
-    return sim;
-}
-
-static void finish(stein_sim *sim)
-{
-    stein_sim_destroy(sim);
-    lab_close(model);
-}
 
 static double reads(stein_sim *sim, const char *name)
 {

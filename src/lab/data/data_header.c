@@ -365,8 +365,9 @@ static int is_passed_over(const data__reader *r, const data__title *t)
 
 int data__pass_over(data__reader *r, const data__title *t)
 {
-    if (!is_passed_over(r, t) || *t->name == '\0') {
-        return is_passed_over(r, t);
+    int passed = is_passed_over(r, t);
+    if (!passed || *t->name == '\0') {
+        return passed;
     }
     char *list = r->out->passed_over == NULL ? lab__text("%s", t->name)
                                              : lab__text("%s, %s", r->out->passed_over, t->name);

@@ -12,7 +12,10 @@
 
 #include "diagnosis.h"
 
-enum { FREE_RECORDS = 16 };
+enum { FREE_RECORDS = 16, CONTENDERS = 4 };
+/* of the objective: a search's fit may be as far from its minimum. Of strokes of the action with a
+ * tilted camera, a tilt was 49 behind a gain and ended 20 before it. */
+static const double unended = 50.0;
 static const double nearly_all = 0.9, far_off = 50.0; /* share of the misfit; chi2/dof */
 
 /* ---- the judge's view of the table ---- */
@@ -89,6 +92,40 @@ static stein_status judge(diagnosis *d, stein_err *err)
     d->j = diag__judge(e, d->t.n, &d->setting);
     free(e);
     return STEIN_OK;
+}
+
+/* The row, not yet at the end of its fit, that might become the best one there: as many causes, and
+ * least objective. NULL: there is none. */
+static diag__row *contender(const diagnosis *d)
+{
+    const diag__row *best = d->t.row[d->j.best];
+    diag__row *found = NULL;
+    double most = best->objective + unended;
+    for (int i = 0; i < d->t.n; i++) {
+        diag__row *row = d->t.row[i];
+        int could = row->h.n == best->h.n && !row->refined && row->objective < most &&
+                    diag__is_possible(&d->q, row) && diag__find(&d->t, &row->h) == row;
+        if (could && (found == NULL || row->objective < found->objective)) {
+            found = row;
+        }
+    }
+    return found;
+}
+
+/* Fits of a search end before their minimum, by more than what tells hypotheses apart: those that
+ * come near the best one are fitted to their end before one is chosen. */
+static stein_status refine_contenders(diagnosis *d, stein_err *err)
+{
+    stein_status status = STEIN_OK;
+    for (int k = 0; k < CONTENDERS && status == STEIN_OK && !diag__is_spent(&d->q); k++) {
+        diag__row *row = contender(d);
+        if (row == NULL) {
+            break;
+        }
+        status = diag__refine_row(row, err);
+        status = status == STEIN_OK ? judge(d, err) : status;
+    }
+    return status;
 }
 
 /* rows whose numbers are reported, to the end of their fits */
@@ -292,6 +329,7 @@ stein_status diag__conclude(diagnosis *d, stein_err *err)
     lab_diagnosis *o = d->out;
     diag__progress(d, 0.8, "numbers of the causes");
     stein_status status = judge(d, err);
+    status = status == STEIN_OK ? refine_contenders(d, err) : status;
     status = status == STEIN_OK ? refine(d, err) : status;
     status = status == STEIN_OK ? judge(d, err) : status; // with the refined numbers
     status = status == STEIN_OK ? results(d, err) : status;

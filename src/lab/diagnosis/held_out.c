@@ -181,7 +181,7 @@ int diag__drop_unshown(diagnosis *d)
 stein_status diag__is_shown(const diagnosis *d, int *yes, stein_err *err)
 {
     const diag__row *best = d->t.row[d->j.best], *least = d->t.row[d->j.least];
-    double most = best->chi2_dof > d->setting.most_noise ? no_gain : worse;
+    int certain = !d->q.scale_free && best->chi2_dof <= d->setting.most_noise;
     diag__reported without = {.rmse = NAN};
     lab_gain g = {.ratio = NAN};
     stein_err why;
@@ -192,6 +192,7 @@ stein_status diag__is_shown(const diagnosis *d, int *yes, stein_err *err)
     stein_status status = diag__report(least, &d->reporting, &without, &why);
     status = status == STEIN_OK ? diag__compare(&without, &d->after, &g, &why) : status;
     diag__reported_free(&without);
-    *yes = !isfinite(g.ratio) || g.ratio < most || g.hi < 1.0;
+    *yes = !isfinite(g.ratio) || g.ratio < no_gain ||
+           (certain && (g.ratio < worse || g.hi < 1.0));
     return fit__forgive(status, err);
 }

@@ -23,10 +23,17 @@ static const double too_long = 0.25; /* share of windows at whose ends it has gr
 /* how the records' motion can be predicted, one problem made for that alone */
 typedef struct outlook {
     fit__horizon *horizon; /* [n] */
+    double *time;          /* [n] room of time_at */
     int free;              /* an initial position is unknown */
     int shown;             /* the records show every position that they begin in */
     double half;           /* longest half of a swing [s]; 0: one of them does not swing */
 } outlook;
+
+static void outlook_free(outlook *o)
+{
+    free(o->horizon);
+    free(o->time);
+}
 
 static stein_status look_ahead(const diagnosis *d, const lab_model *model, const lab_dataset *data,
                                outlook *o, stein_err *err)
@@ -38,7 +45,8 @@ static stein_status look_ahead(const diagnosis *d, const lab_model *model, const
     def.ctx = d->def->ctx;
     o->shown = 1;
     o->horizon = calloc((size_t)data->n, sizeof *o->horizon);
-    if (o->horizon == NULL) {
+    o->time = calloc((size_t)data->n, sizeof *o->time);
+    if (o->horizon == NULL || o->time == NULL) {
         return lab__no_memory(err);
     }
     stein_status status = fit__problem_make_open(&p, model, data, &def, err);
@@ -65,22 +73,18 @@ static int compare(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* a quantile of the times at which errors have grown; those where they have not count as `whole` */
-static double time_at(const fit__horizon *of, const int *counts, int n, double share, double whole)
+/* a quantile of the times at which errors have grown; those where they have not count as `whole`.
+ * NAN: nothing counts. */
+static double time_at(outlook *o, const int *counts, int n, double share, double whole)
 {
-    double *t = malloc(sizeof *t * ((size_t)n + 1)), at = NAN;
     int m = 0;
-    for (int i = 0; t != NULL && i < n; i++) {
+    for (int i = 0; i < n; i++) {
         if (counts == NULL || counts[i]) {
-            t[m++] = fmin(of[i].time, whole);
+            o->time[m++] = fmin(o->horizon[i].time, whole);
         }
     }
-    if (m > 0) {
-        qsort(t, (size_t)m, sizeof *t, compare);
-        at = t[(int)(share * (m - 1))];
-    }
-    free(t);
-    return at;
+    qsort(o->time, (size_t)m, sizeof *o->time, compare);
+    return m > 0 ? o->time[(int)(share * (m - 1))] : (double)NAN;
 }
 
 /* length[s] of windows, INFINITY of those of regular motion */
@@ -114,20 +118,26 @@ static stein_status cut(diagnosis *d, const lab_model *model, const lab_dataset 
         }
         again = status == STEIN_OK && bad > too_long * n;
         if (again) {
-            *at = time_at(o.horizon, NULL, d->windows->n, too_long, *at);
+            *at = time_at(&o, NULL, d->windows->n, too_long, *at);
         }
         d->cut = status == STEIN_OK && o.shown;
-        free(o.horizon);
+        outlook_free(&o);
     }
     free(length);
     return status;
 }
 
-static char *tell(const diagnosis *d, const lab_dataset *data, int n, double growth, double at)
+static char *tell(const diagnosis *d, const lab_dataset *data, const int *is_chaotic, int n,
+                  double growth, double at)
 {
+    int first = 0;
+    while (first < data->n - 1 && !is_chaotic[first]) {
+        first++;
+    }
     return lab__text("%s%s: the motion is chaotic, an error of the initial state grows %.1g times "
                      "in a record; cut into windows of %.3g s, %d in all",
-                     data->stroke[0]->file, n > 1 ? " and others" : "", growth, at, d->windows->n);
+                     data->stroke[first]->file, n > 1 ? " and others" : "", growth, at,
+                     d->windows->n);
 }
 
 /* what of each record is held out */
@@ -168,10 +178,10 @@ stein_status diag__cut(diagnosis *d, const lab_model *model, const lab_dataset *
         n += is_chaotic[s];
         growth = fmax(growth, o.horizon[s].growth);
     }
-    double at = n > 0 ? time_at(o.horizon, is_chaotic, data->n, 0.5, INFINITY) : (double)NAN;
+    double at = n > 0 ? time_at(&o, is_chaotic, data->n, 0.5, INFINITY) : (double)NAN;
     if (n > 0 && o.shown && isfinite(at)) {
         status = cut(d, model, data, is_chaotic, &at, err);
-        *line = d->cut ? tell(d, data, n, growth, at) : NULL;
+        *line = d->cut ? tell(d, data, is_chaotic, n, growth, at) : NULL;
     } else if (status == STEIN_OK && n == 0 && whole > 0) {
         *line =
             lab__text("%d record%s of chaotic motion with times of events: not cut into windows",
@@ -183,6 +193,6 @@ stein_status diag__cut(diagnosis *d, const lab_model *model, const lab_dataset *
         *line = d->blocks ? tell_blocks(d->windows) : NULL;
     }
     free(is_chaotic);
-    free(o.horizon);
+    outlook_free(&o);
     return status;
 }

@@ -57,10 +57,22 @@ static void follow(const growing *g, int stroke, const double *with, const doubl
     }
 }
 
+static int has_position(const fit__problem *p, const fit__stroke *s)
+{
+    int yes = 0;
+    for (int k = s->first; k < s->first + s->own; k++) {
+        yes |= is_position(p, &p->unknown[k]);
+    }
+    return yes;
+}
+
 static void measure(void *ctx, fit__bench *b, int stroke)
 {
     const growing *g = ctx;
     const fit__stroke *s = &g->p->stroke[stroke];
+    if (!has_position(g->p, s)) {
+        return;
+    }
     size_t rows = (size_t)s->nch * (size_t)s->n;
     double *without = malloc(sizeof *without * (rows + 1));
     b->no_memory |= without == NULL;

@@ -37,6 +37,9 @@ char *lab__text(const char *format, ...);
 char *lab__one_line(char *text);
 /** The same written in full, with a newline; for control characters blanks. */
 void lab__put_line(FILE *f, const char *text);
+/** Comments at the head of a table, each in a line of its own behind "# ".
+ *  @param notes  NULL behind the last one; NULL: none */
+void lab__put_notes(FILE *f, const char *const *notes);
 enum { LAB_PRINTABLE = 260 };
 /** The same as a copy, cut where it is longer than a file's name. @param to [LAB_PRINTABLE] */
 const char *lab__printable(char *to, const char *text);

@@ -35,6 +35,14 @@ void lab__put_line(FILE *f, const char *text)
     putc('\n', f);
 }
 
+void lab__put_notes(FILE *f, const char *const *notes)
+{
+    for (int i = 0; notes != NULL && notes[i] != NULL; i++) {
+        fputs("# ", f);
+        lab__put_line(f, notes[i]);
+    }
+}
+
 const char *lab__printable(char *to, const char *text)
 {
     snprintf(to, LAB_PRINTABLE, "%s", text);

@@ -144,10 +144,7 @@ stein_status lab_write_csv(const char *path, const lab_record *r, const char *co
     if (status != STEIN_OK) {
         return status;
     }
-    for (int i = 0; notes != NULL && notes[i] != NULL; i++) {
-        fputs("# ", file.stream);
-        lab__put_line(file.stream, notes[i]);
-    }
+    lab__put_notes(file.stream, notes);
     put_table(file.stream, r, 0);
     return lab__file_close(&file, 1, err);
 }

@@ -68,10 +68,7 @@ stein_status lab_linear_write(const char *path, const stein_model *model,
     if (status != STEIN_OK) {
         return status;
     }
-    for (int i = 0; notes != NULL && notes[i] != NULL; i++) {
-        fprintf(file.stream, "# ");
-        lab__put_line(file.stream, notes[i]);
-    }
+    lab__put_notes(file.stream, notes);
     put_columns(file.stream, model, s);
     for (int k = 0; k < 2 * s->n; k++) {
         fprintf(file.stream, "d/dt %s.%s [%s]", k < s->n ? "q" : "qd",

@@ -14,7 +14,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "functions.h"
 #include "page.h"
 
 enum { FEW = 3, MOST = 10 }; /* sliders without a section regulation */

@@ -300,6 +300,9 @@ stein_status diag__refine_row(diag__row *row, stein_err *err)
     size_t n = (size_t)p->nu + (size_t)p->np + fit__offset(p, p->nstroke), nJ = fit__columns(p);
     diag__row was = *row;
     stein_err why = {STEIN_OK, ""};
+    if (row->refined && row->J != NULL) {
+        return STEIN_OK;
+    }
     if (row->J == NULL) {
         row->J = calloc(nJ + 1, sizeof *row->J);
     }
@@ -318,6 +321,7 @@ stein_status diag__refine_row(diag__row *row, stein_err *err)
         was.p = row->p;
         *row = was;
     }
+    row->refined = 1;
     free(room);
     return fit__forgive(status, err);
 }

@@ -90,9 +90,18 @@ static int drop(const diag__problem *q, const diag__table *t, const diag__linear
     return found;
 }
 
-/* Is b one of the kinds that the table calls hard to tell from a, at the same place? */
+static int is_at_contact(const lab_candidate *c)
+{
+    return c->effect->site == LAB_AT_CONTACT || c->effect->site == LAB_AT_SURFACE;
+}
+
+/* Is b at the same place, and one of the kinds that the table calls hard to tell from a? Of a
+ * contact all kinds are: they act in the same few milliseconds. */
 static int is_twin(const lab_candidate *a, const lab_candidate *b)
 {
+    if (is_at_contact(a) && is_at_contact(b)) {
+        return strcmp(a->place, b->place) == 0;
+    }
     const char *at = strstr(a->effect->twins, b->effect->kind);
     size_t n = strlen(b->effect->kind);
     int is_word =

@@ -105,7 +105,8 @@ static diag__row *next_row(const diag__problem *q, const diag__table *t, int *lo
     for (int i = 0; i < t->n; i++) {
         diag__row *row = t->row[i];
         int how = diag__is_possible(q, row) ? next_look(t, row) : 0;
-        int more = row->h.n > best->h.n && !q->scale_free;
+        int gains = q->scale_free && row->objective < best->objective - diag__convincing;
+        int more = row->h.n > best->h.n && !gains;
         if (how == 0 || more || (diag__leaves_noise(best) && row != best)) {
             continue;
         }
@@ -198,8 +199,8 @@ static int is_worth(const diag__problem *q, const diag__table *t, const diag__li
     if (drops_scoped(q, l->row, &p->h)) {
         return had == NULL;
     }
-    if (p->source == 'L') { // where the best row is not the answer yet
-        return had == NULL && l->row == best && !diag__leaves_noise(best);
+    if (p->source == 'L') { // the best row is no answer yet, or the noise that would tell is unknown
+        return had == NULL && l->row == best && (q->scale_free || !diag__leaves_noise(best));
     }
     if (p->source == 'T') { // it is no answer to what leaves much more than noise
         return had == NULL && l->row->chi2_dof < noise_like;
@@ -401,6 +402,15 @@ static stein_status with_bodies(diag__problem *q, diag__table *t, stein_err *err
     return status;
 }
 
+/* Where a fit leaves less than the noise of a measured force would do, what looked like noise of
+ * the measurement was there: a force that is applied with its noise. */
+static void limit_input_share(diag__problem *q, const diag__row *row)
+{
+    if (row->failed == NULL) {
+        q->input_share = fmin(q->input_share, fmax(0.0, row->chi2_dof - 1.0));
+    }
+}
+
 stein_status diag__search(diag__problem *q, diag__table *t, stein_err *err)
 {
     diag__proposal null = {.h = {.n = 0}, .parent = -1, .source = '0'};
@@ -412,11 +422,18 @@ stein_status diag__search(diag__problem *q, diag__table *t, stein_err *err)
     if (status == STEIN_OK && row->failed != NULL) {
         return lab__fail(err, STEIN_ENONFINITE, "%s", row->failed);
     }
+    if (status == STEIN_OK) {
+        limit_input_share(q, row);
+    }
     if (status == STEIN_OK && q->trace != NULL) {
         diag__trace_row(q->trace, q, t, row);
     }
     status = status == STEIN_OK ? expand_all(q, t, err) : status;
     status = status == STEIN_OK ? with_settings(q, t, err) : status;
     status = status == STEIN_OK && !q->scale_free ? with_noise(q, t, err) : status;
-    return status == STEIN_OK ? with_bodies(q, t, err) : status;
+    status = status == STEIN_OK ? with_bodies(q, t, err) : status;
+    if (status == STEIN_OK) {
+        limit_input_share(q, diag__incumbent(q, t));
+    }
+    return status;
 }

@@ -125,6 +125,7 @@ typedef struct diag__row {
     int rough;      /* its settings are off by what their digits allow */
     int superseded; /* it was fitted with noise that turned out too small */
     int impossible; /* a body has an inertia that no body can have */
+    int refined;    /* it is fitted to its end (diag__refine_row) */
     int expanded;   /* proposers have seen it: 1 held near the records, 2 free */
 } diag__row;
 

@@ -13,7 +13,7 @@
 #include "proposing.h"
 
 enum { RECORDS = 6, MOST = 24 };
-static const double explained = 0.2; /* share of chi2/dof: so much of the misfit is found already */
+static const double unexplained = 0.2; /* share of what chi2/dof is above 1: so little is left */
 
 /* the proposal of column a, its amount within its limit and of a possible sign */
 static int single(const diag__problem *q, const diag__linear *l, int a, diag__proposal *to)
@@ -62,7 +62,7 @@ stein_status diag__try_each(diag__problem *q, diag__table *t, stein_err *err)
     diag__linear l;
     stein_err why = {STEIN_OK, ""};
     int found = null == NULL || diag__leaves_noise(best) ||
-                (best->h.n > 0 && best->chi2_dof < explained * null->chi2_dof);
+                (best->h.n > 0 && best->chi2_dof - 1.0 < unexplained * (null->chi2_dof - 1.0));
     if (found || diag__is_spent(q)) {
         return STEIN_OK;
     }

@@ -429,6 +429,43 @@ START_TEST(the_file_stays_but_for_its_numbers)
 }
 END_TEST
 
+/* Noise makes the best damping of a pendulum without any negative: a trace of it stays. A length
+ * may become negative. */
+START_TEST(what_a_cause_takes_from_a_damping_leaves_it_positive)
+{
+    static const char *const truth[] = {"rod.damping=0", NULL};
+    film m = {.model = "models/pendulum.yaml",
+              .truth = truth,
+              .channels = "angle",
+              .rate = 40.0,
+              .until = 5.0,
+              .noise = 5e-3,
+              .seed = 2};
+    const char *data[] = {take("swing.csv", &m), NULL};
+    fitted f;
+    fit__problem p;
+    int failed;
+    open_fit(&f, m.model, NULL, data);
+    const lab_candidate c[2] = {candidate(f.model, "viscous_friction", "rod"),
+                                candidate(f.model, "centre", "rod")};
+    const double damping = lab_parameters(f.model)[c[0].param[0]];
+    lab_fit_def def = lab_fit_def_default();
+    ck_assert_stein(fit__problem_make_with(&p, f.model, f.data, &def, c, 1, err));
+    double *x = calloc((size_t)p.nu + (size_t)p.rows + fit__columns(&p), sizeof *x);
+    fit__end e = {.x = x, .r = x + p.nu, .J = x + p.nu + p.rows};
+    ck_assert_stein(fit__residuals(&p, x, e.r, &failed, err));
+    ck_assert_stein(fit__descend(&p, &e, 0, 1e-3, 10, err));
+    double left = damping + c[0].limit * x[p.first_accepted];
+    ck_assert_msg(left > 0.0 && left < 2e-6 * damping, "%g of %g are left", left, damping);
+    fit__problem_free(&p);
+    free(x);
+    ck_assert_stein(fit__problem_make_with(&p, f.model, f.data, &def, c + 1, 1, err));
+    ck_assert(isinf(p.unknown[p.first_accepted].least));
+    fit__problem_free(&p);
+    drop(&f);
+}
+END_TEST
+
 Suite *fit_claims_suite(void)
 {
     Suite *suite = suite_create("fit_claims");
@@ -443,6 +480,7 @@ Suite *fit_claims_suite(void)
     tcase_add_test(all, motions_that_scatter_are_no_misfit);
     tcase_add_test(all, a_fit_goes_into_the_parameters_and_nothing_else_does);
     tcase_add_test(all, the_file_stays_but_for_its_numbers);
+    tcase_add_test(all, what_a_cause_takes_from_a_damping_leaves_it_positive);
     suite_add_tcase(suite, all);
     return suite;
 }
