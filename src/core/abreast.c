@@ -114,18 +114,20 @@ ALWAYS void press(const stein__group *g, stein__deed *deed)
     }
 }
 
-static void press_alone(const stein__group *g)
+#if STEIN_LANES == 2
+#define PRESS      stein__press2
+#define PRESS_TOLD stein__press2_told
+#else
+#define PRESS      stein__press4
+#define PRESS_TOLD stein__press4_told
+#endif
+
+void PRESS(const stein__group *g)
 {
     press(g, NULL);
 }
 
-static void press_told(const stein__group *g, stein__deed *deed)
+void PRESS_TOLD(const stein__group *g, stein__deed *deed)
 {
     press(g, deed);
 }
-
-#if STEIN_LANES == 2
-const stein__abreast stein__abreast2 = {STEIN_LANES, press_alone, press_told};
-#else
-const stein__abreast stein__abreast4 = {STEIN_LANES, press_alone, press_told};
-#endif

@@ -38,12 +38,14 @@ typedef struct stein__deed {
 /** Code for so many places. */
 typedef struct stein__abreast {
     int most;
-    /** Their forces into the wrenches, in order. */
     void (*press)(const stein__group *g);
-    /** And what they did. */
     void (*press_told)(const stein__group *g, stein__deed *deed);
 } stein__abreast;
 
-extern const stein__abreast stein__abreast2, stein__abreast4;
+/** The forces of two, four places into their wrenches, in order; and what they did. */
+void stein__press2(const stein__group *g);
+void stein__press2_told(const stein__group *g, stein__deed *deed);
+void stein__press4(const stein__group *g);
+void stein__press4_told(const stein__group *g, stein__deed *deed);
 
 #endif

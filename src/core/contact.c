@@ -138,11 +138,11 @@ static void press_one(stein_sim *sim, int i)
 static void press_group(stein_sim *sim, const stein__group *g)
 {
     if (sim->inside == IN_STAGE) {
-        sim->abreast->press(g);
+        sim->abreast.press(g);
         return;
     }
     stein__deed did;
-    sim->abreast->press_told(g, &did);
+    sim->abreast.press_told(g, &did);
     for (int k = 0; k < g->n; k++) {
         const site *s = &sim->site[g->site[k]];
         touch told = {.pair = &s->pair,

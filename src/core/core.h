@@ -252,11 +252,11 @@ struct stein_sim {
     limb *limb; /* [nframe] */
     site *site; /* [nsite] spots, then three a notch: tip, corner, face */
     int nsite;
-    const stein__abreast *abreast; /* how plain sites are pressed */
-    int *pressing;        /* [npressing] what presses, in order: a site, or -1: the next group */
-    int npressing;        /* -1: not known */
-    stein__group *group;  /* [nsite] */
-    unsigned char *as_of; /* [nguard] the modes that this belongs to */
+    stein__abreast abreast; /* how plain sites are pressed */
+    int *pressing;          /* [npressing] what presses, in order: a site, or -1: the next group */
+    int npressing;          /* -1: not known */
+    stein__group *group;    /* [nsite] */
+    unsigned char *as_of;   /* [nguard] the modes that this belongs to */
 
     /* result of the last evaluation (stein__evaluate) */
     real *qdd;        /* [nq] */

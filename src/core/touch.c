@@ -3,7 +3,10 @@
  * simulation, and what follows from its parameters.
  */
 #include "core.h"
+
+#if STEIN_WIDEST == 8
 #include "lane.h"
+#endif
 
 static site site_of_spot(stein_sim *sim, int i)
 {
@@ -42,12 +45,14 @@ static site site_of_notch(stein_sim *sim, int i)
 }
 
 #if STEIN_LANES == 1
-static const stein__abreast *widest(void)
+static stein__abreast widest(void)
 {
+    stein__abreast two = {2, stein__press2, stein__press2_told};
 #if STEIN_WIDEST == 8
-    return stein__processor_lanes() >= 4 ? &stein__abreast4 : &stein__abreast2;
+    stein__abreast four = {4, stein__press4, stein__press4_told};
+    return stein__processor_lanes() >= 4 ? four : two;
 #else
-    return &stein__abreast2;
+    return two;
 #endif
 }
 #endif
@@ -198,7 +203,7 @@ static void list_pressing(stein_sim *sim)
         }
         if (room == 0) {
             sim->pressing[sim->npressing++] = -1;
-            room = sim->abreast->most;
+            room = sim->abreast.most;
             (++g)->n = 0;
         }
         put_abreast(g, g->n, s);

@@ -323,7 +323,7 @@ static void draw(four *f, uint64_t *seed)
 }
 
 /* a group of `n` of them, from the one `first` on */
-static void press(const stein__abreast *by, four *f, int first, int n)
+static void press(void (*by)(const stein__group *, stein__deed *), four *f, int first, int n)
 {
     stein__group g = f->group;
     stein__deed did;
@@ -338,7 +338,7 @@ static void press(const stein__abreast *by, four *f, int first, int n)
         }
     }
     g.n = n;
-    by->press_told(&g, &did);
+    by(&g, &did);
     for (int k = 0; k < n; k++) {
         for (int i = 0; i < DEEDS; i++) {
             all(&f->did)[i].of[first + k] = all(&did)[i].of[k];
@@ -356,7 +356,7 @@ START_TEST(places_side_by_side_have_the_bits_of_each_alone)
         two = wide = alone;
         for (int k = 0; k < 4; k++) {
             double law[STEIN_NORMAL_SIZE] = {0.0};
-            press(&stein__abreast2, &alone, k, 1);
+            press(stein__press2_told, &alone, k, 1);
             for (int i = STEIN_NORMAL_A; i <= STEIN_NORMAL_D; i++) {
                 law[i] = alone.group.normal[i].of[k];
             }
@@ -366,13 +366,13 @@ START_TEST(places_side_by_side_have_the_bits_of_each_alone)
             ck_assert(alone.did.grip.of[k] == stein__tanh_of(alone.did.slip.of[k]));
             pressing += alone.did.normal.of[k] > 0.0;
         }
-        press(&stein__abreast2, &two, 0, 2);
-        press(&stein__abreast2, &two, 2, 2);
+        press(stein__press2_told, &two, 0, 2);
+        press(stein__press2_told, &two, 2, 2);
         ck_assert_mem_eq(two.wrench, alone.wrench, sizeof alone.wrench);
         ck_assert_mem_eq(&two.did, &alone.did, sizeof alone.did);
 #if STEIN_WIDEST == 8
         if (stein__processor_lanes() >= 4) {
-            press(&stein__abreast4, &wide, 0, 4);
+            press(stein__press4_told, &wide, 0, 4);
             ck_assert_mem_eq(wide.wrench, alone.wrench, sizeof alone.wrench);
             ck_assert_mem_eq(&wide.did, &alone.did, sizeof alone.did);
         }
