@@ -14,13 +14,14 @@
  *      space.c           contacts in space                status.c       errors
  *      handover.c        parameters from a thread         elementary.c   far and rare functions
  *      identity.c        one hash of all that computes    reaction.c     what joints transmit
+ *      abreast.c         places side by side in a register
  *
  *   with the types of real.h, compiled again for each number of lanes
  *      layout.c          memory                           contact.c      spots: where and how deep
  *      inputs.c          external signals                 notch.c        the notch and its memory
  *      forces.c          all other forces, qdd            touch.c        touching pairs, their laws
  *      trial.c           RK4, DP5                         table.c        laws given by points
- *      dense_output.c    within a trial step              laws.h, elementary.h  inline
+ *      dense_output.c    within a trial step              laws.h, elementary.h, plane.h  inline
  *
  *   of many, and of derivatives
  *      lanes.c           trial steps in lanes             tangent.c      derivatives of forces
