@@ -10,9 +10,11 @@ ALL_JOBS    := $(LONGEST) $(filter-out $(LONGEST),$(SCRIPT_JOBS) $(SUITE_JOBS))
 # one more than processors: browsers, killed programs and compilers are waited for
 JOBS ?= $(shell echo $$(($$(nproc) + 1)))
 
+# an independent library, if it is there and not built with other options than our own objects
+SECOND_TESTED := $(if $(filter release,$(VARIANT)),$(shell pkg-config --exists simbody 2>/dev/null && echo $(B)/second))
 # what the tests run
 tested: all shared manual $(B)/check $(B)/reality $(B)/world $(B)/hidden $(FUZZ:%=$(B)/replay-%) $(B)/faults $(B)/comma \
-  $(B)/validate $(B)/validate-nist $(B)/importer $(PYTHON_TESTED)
+  $(B)/validate $(B)/validate-nist $(B)/importer $(PYTHON_TESTED) $(SECOND_TESTED)
 
 check: deps-check  ## build and run every test
 	$(Q)$(MAKE) --no-print-directory -j$(JOBS) tested

@@ -10,9 +10,10 @@ validate: $(B)/validate $(B)/validate-nist  ## published problems and facts agai
 	  sh tests/validate/table.sh $(B)/validate.rows $(B)/validate.html && exit $$code
 
 COUNT ?= 1000
-second:  ## accelerations of random mechanisms here and in Simbody, an independent library: COUNT=1000
+CONTACTS ?= 200
+second:  ## random mechanisms here and in Simbody, an independent library: COUNT=1000, and CONTACTS=200 that touch
 	$(Q)if pkg-config --exists simbody; then $(MAKE) --no-print-directory -j$(JOBS) lib $(B)/second && \
-	  STEIN_BUILD=$(B) sh tests/second.sh $(COUNT) $(JOBS); \
+	  STEIN_BUILD=$(B) sh tests/second.sh $(COUNT) $(CONTACTS) $(JOBS); \
 	else echo "second: skipped, Simbody is not here: apt-get install libsimbody-dev, or make deps-more"; fi
 
 SECONDS ?= 60

@@ -26,7 +26,7 @@ $(B)/comma: $(call obj,tests/locale/main.c $(filter-out src/cli/main.c,$(CLI_SRC
 	@echo "  LD    $@"
 	$(Q)$(CC) $(OPT) $(LDFLAGS) -rdynamic -o $@ $^ $(LAB_LIBS) -lm -pthread
 # problems with known solutions, for `make validate`
-$(B)/validate: $(call obj,$(addprefix tests/validate/,mechanisms.c linkages.c bench.c row.c)) $(B)/libsteinlab.a $(B)/libstein.a
+$(B)/validate: $(call obj,$(addprefix tests/validate/,mechanisms.c linkages.c contacts.c bench.c row.c)) $(B)/libsteinlab.a $(B)/libstein.a
 	@echo "  LD    $@"
 	$(Q)$(CC) $(OPT) $(LDFLAGS) -rdynamic -o $@ $^ $(LAB_LIBS) -lm -pthread
 # the minimiser alone, on problems of others: what it asks for is in nist.c

@@ -271,7 +271,9 @@ const cli_command cli_check = {
         "\"setup\", \"poses\", \"points\", \"energy\"}}, with loops or couplings \"loops\": "
         "[{\"name\",\n"
         "\"kind\", \"from\", \"to\"}], \"freedom\" (also with balls),\n"
-        "\"start\": {JOINT: position}; with DATA also \"data\": [{\"file\",\n"
+        "\"start\": {JOINT: position}, \"undetermined\": [outputs with one of many possible "
+        "values];\n"
+        "with DATA also \"data\": [{\"file\",\n"
         "\"rows\", \"findings\"}], \"suspicions\": [{\"kind\", \"file\", \"grave\", \"factor\",\n"
         "\"text\"}],\n"
         "values in SI units.",

@@ -92,8 +92,11 @@ int cli_check_loops(const cli_args *args, const mechanism *m, lab__json *out)
     status = status == STEIN_OK ? lab_sim(model, NULL, &sim, &err) : status;
     if (status == STEIN_OK && out != NULL) {
         print_json(m, sim, out);
+        cli_put_reactions(out, sim);
+        cli_warn_reactions(sim);
     } else if (status == STEIN_OK) {
         print_text(m, sim);
+        cli_warn_reactions(sim);
     }
     stein_sim_destroy(sim);
     lab_close(model);

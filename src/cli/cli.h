@@ -169,6 +169,13 @@ void cli_damaged(int lines);
  *  @param file  its path, as it was given to the reader */
 void cli_problem(void *file, const char *message);
 
+/* ---- reactions.c ---- */
+
+/** A warning on standard error of outputs that the motion does not determine in the present state,
+ *  with what helps; the same as "undetermined" of an object. */
+void cli_warn_reactions(stein_sim *sim);
+void cli_put_reactions(lab__json *out, stein_sim *sim);
+
 /* ---- report.c ---- */
 
 /** Open the model with the overrides; problems of the file go to standard error. */

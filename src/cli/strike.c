@@ -297,6 +297,7 @@ static void print_json(const job *j)
         lab__json_real(&out, j->equations->channels[i].name, stein_read(j->sim, i));
     }
     lab__json_close(&out);
+    cli_put_reactions(&out, j->sim);
     cli_errors_json(&out, &j->errors);
     lab__json_close(&out);
 }
@@ -388,6 +389,7 @@ static int run_job(job *j)
     } else {
         print_text(j);
     }
+    cli_warn_reactions(j->sim);
     int wrong = cli_errors_warn(&j->errors);
     return wrong && cli_value(j->args, "allow-error") == NULL ? CLI_NUMERICAL : CLI_OK;
 }
@@ -472,10 +474,12 @@ static const cli_option options[] = {
     "A summary in ms, mm, N. With --json, in SI units:\n"                                          \
     "{\"model\", \"outcome\", \"escapement\": {\"time\", \"height\"} or null, \"impact\":\n"       \
     "{\"time\", \"speed\"} or null, \"impacts\", \"free_flight\", \"forced_escapement\",\n"        \
-    "\"peak_string_force\", \"rearmed\", \"final\": {channel: value}, \"integration\",\n"          \
-    "\"errors\", \"energy\", \"trusted\"}; for a mechanism without a stroke {\"model\",\n"         \
-    "\"final\", \"integration\", \"errors\", \"energy\", \"trusted\"}. `integration` is told of\n" \
-    "controlled steps: how many there were (`steps`), how many were `implicit`, from when on\n"    \
+    "\"peak_string_force\", \"rearmed\", \"final\": {channel: value}, \"undetermined\",\n"         \
+    "\"integration\", \"errors\", \"energy\", \"trusted\"}; for a mechanism without a stroke\n"    \
+    "{\"model\", \"final\", \"undetermined\", \"integration\", \"errors\", \"energy\",\n"          \
+    "\"trusted\"}. `undetermined` names outputs that have one of many possible values:\n"          \
+    "reactions of redundant conditions, friction that contacts share. `integration` is told\n"     \
+    "of controlled steps: how many there were (`steps`), how many were `implicit`, from when on\n" \
     "stability limited explicit ones (`stiff_from`, null: never), by a motion that decays at\n"    \
     "which `rate` [1/s], and why they stayed explicit all the same (`refused`).\n"                 \
     "\n"                                                                                           \

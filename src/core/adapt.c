@@ -55,7 +55,7 @@ static void finish(stein_sim *sim, double t1, stein_pace *pace, int implicit)
     look_inside(sim, t1, pace);
     int fresh = sim->fresh;
     stein__accept(sim, t1);
-    sim->fresh = fresh == FRESH ? FRESH : KNOWN;
+    sim->fresh = fresh == FRESH ? sim->fresh : KNOWN; // what follows the motion may have looked
 }
 
 static int is_crossed_at(stein_sim *sim, double h, double theta)
@@ -162,8 +162,10 @@ stein_status stein__pace_next(stein_sim *sim, const stein_pace *pace, stein__pac
     if (p->left_over < 0.0) {
         stein_err why;
         stein__fail(&why, STEIN_ECHATTER,
-                    "the motion is too stiff: steps of %g s at t = %g s would never end", pace->h,
-                    sim->head->t);
+                    "the motion is too stiff: steps of %g s at t = %g s would never end%s%s",
+                    pace->h, sim->head->t,
+                    sim->counts.refused != NULL ? "; implicit ones cannot be taken: " : "",
+                    sim->counts.refused != NULL ? sim->counts.refused : "");
         return stein__explain_failure(sim, pace->h, STEIN_ECHATTER, why.msg, err);
     }
     sim->trials++;
@@ -192,6 +194,7 @@ stein_status stein__pace_try(stein_sim *sim, const stein_pace *pace, stein__pace
     static const stein__grade failed = {(double)INFINITY, 0.0, STEIN__LEAST_GROWTH, 0.0};
     p->implicit = !p->explicit_only && stein__is_implicit(sim);
     stein_status status = stein__try(sim, p->h, p->implicit, err);
+    p->implicit = p->implicit && sim->implicit->inside;
     sim->fresh = status == STEIN_OK ? FRESH : STALE; // about the end of the trial step
     if (!p->repeated) {
         p->grade =

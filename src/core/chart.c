@@ -6,7 +6,8 @@
  * For a fixed chart three angles a, b, c are coordinates as any others: the equations, steps and
  * dense output know nothing of balls. Their axes are parallel where |sin b| = 1, that is, where z
  * of the body points along x of the chart. Before, at the end of a step, the chart is turned about
- * z until they are at right angles: b = 0. Attitude and turning speed stay what they are.
+ * z until they are at right angles: b = 0. Attitude and turning speed stay what they are. Whole
+ * turns of a and c are taken off, because large angles are rounded more.
  *
  * Rejected: quaternions. Their speeds are not their derivatives, so that integrators, dense output,
  * derivatives and all that reads q and qd would have to know which coordinates are one, and steps
@@ -19,7 +20,10 @@
 
 #include "core.h"
 
-static const double most_tilt = 0.8; /* |sin b| beyond which a chart is left: b = 53 deg */
+static const double most_tilt = 0.8;     /* |sin b| beyond which a chart is left: b = 53 deg */
+static const double most_turned = 512.0; /* [rad] of a and c */
+/* 2 pi, of which multiples are exact, and the rest of it */
+static const double turn_whole = 6.28125, turn_rest = 0.0019353071795864769;
 
 typedef struct vec3 {
     double x, y, z;
@@ -105,6 +109,14 @@ static void change_chart(double q[4], double s[4], double c[4])
     turn_four(q, s, c);
 }
 
+/* @return has it? */
+static int takes_turns_off(double *angle)
+{
+    double n = fabs(*angle) > most_turned ? floor(*angle / (turn_whole + turn_rest) + 0.5) : 0.0;
+    *angle = (*angle - n * turn_whole) - n * turn_rest;
+    return n != 0.0;
+}
+
 int stein__rechart(stein_sim *sim)
 {
     int changed = 0;
@@ -116,10 +128,12 @@ int stein__rechart(stein_sim *sim)
             vec3 w = spin_of(s, c, qd);
             change_chart(q, s, c);
             set_speeds(s, c, w, qd);
-            sim->fresh = STALE;
             changed = 1;
         }
+        changed |= takes_turns_off(&q[1]);
+        changed |= takes_turns_off(&q[3]);
     }
+    sim->fresh = changed ? STALE : sim->fresh;
     return changed;
 }
 

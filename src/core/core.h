@@ -177,7 +177,8 @@ typedef struct stein__loops {
     int *best_column;             /* [nrow] where that is */
     unsigned char *role, *used, *kept; /* [nq] of a joint; [nrow] has a pivot; [nq] stays */
     int rank_found, nfree;
-    int rank; /* of J where the loops are closed, -1: not known yet */
+    int rank;      /* of J where the loops are closed, -1: not known yet */
+    double narrow; /* smallest pivot since that was set to 1: little near a singular position */
 } stein__loops;
 
 #define STEIN__PARTED 4.0  /* times that: they no longer do */
@@ -554,6 +555,9 @@ stein_status stein__stick_look(stein_sim *sim);
 double stein__stick_rate(stein_sim *sim, int place);
 /* do two rows hold the same? 1, -1: against each other; 0: no */
 int stein__stick_alike(const stein__sticks *s, int a, int b);
+/* stick_events.c: do places hold the same by friction of which the motion gives the sum only? Those
+ * of a contact and of others; -1: of any */
+int stein__stick_shares(const stein_sim *sim, int contact);
 /* stick_events.c: what every place does at the present speeds and forces */
 void stein__stick_begin(stein_sim *sim);
 /* after switches of other guards, in crossed[], and of its own */
@@ -661,7 +665,8 @@ double stein__guard(stein_sim *sim, const double *q, int i); /* one of them */
 
 /* step.c: can a run from where the simulation is end at t_end? @return OK, EINVAL */
 stein_status stein__check_end(const stein_sim *sim, double t_end, stein_err *err);
-/* a trial step from the current state, explicit or not, checked for numbers that are none */
+/* a trial step from the current state, explicit or not, checked for numbers that are none; explicit
+ * in any case near a singular position of loops, where f has no slopes */
 stein_status stein__try(stein_sim *sim, double h, int implicit, stein_err *err);
 /* is a guard, as evaluated last, on the other side of its mode? */
 int stein__any_crossed(const stein_sim *sim);

@@ -10,7 +10,10 @@
  *      (1/(h gamma) - f_y) u_i = f(t_i, y0 + sum of a_ij u_j) + sum of c_ij/h u_j
  *      y1 = y0 + sum of a_8j u_j + u_8, whose error estimate is u_8
  *
- * with the exact f_y = {0, 1; A, B}, A and B being qdd by q and by qd where the step begins. With
+ * with f_y = {0, 1; A, B}, A and B being qdd by q and by qd where the step begins: exact, or by
+ * differences where the equations have no derivatives (loops, friction that sticks, bodies and
+ * contacts in space). There qdd is that of M qdd + c = Q + J^T lambda with J qdd = -Jdot qd, also
+ * beside h = 0, and a step ends on h = 0 as explicit ones do. With
  * g = 1/(h gamma) and r = {r_q, r_qd} on the right there are nq unknowns,
  *
  *      (g - B - A/g) u_qd = r_qd + A r_q / g,    u_q = (u_qd + r_q) / g
@@ -25,7 +28,11 @@
 
 #include "slopes.h"
 
-enum { STAGES = 8 };
+enum { STAGES = 8, LEVELS = 6 };
+
+/* lengths of differences [rad or m, rad/s or m/s]: from the longest by this factor, LEVELS times;
+ * rounding of qdd, of its largest element */
+static const double longest = 0x1p-8, shorter = 0x1p-6, rounding = 0x1p-50;
 
 static const double gamma_ = 0.21193756319429014;
 static const double when[STAGES] = {
@@ -71,6 +78,9 @@ typedef struct work {
     double *A, *B, *W; /* [nq*nq] */
     double *u;         /* [STAGES][2*nq] */
     double *z;         /* [2*nq] */
+    /* [nq] of differences: qdd at the place, ahead and behind; slopes and bends of two lengths;
+     * how far off the slope is that was taken */
+    double *at, *ahead, *behind, *slope[2], *bend[2], *off;
 } work;
 
 static work *work_of(const stein_sim *sim)
@@ -91,8 +101,91 @@ static size_t layout(work *s, const stein_model *m)
     s->u = stein__carve_doubles(&arena, STAGES * 2 * n);
     s->door.dense = stein__carve_doubles(&arena, 3 * 2 * n);
     s->z = stein__carve_doubles(&arena, 2 * n);
-    s->slopes = stein__carve(&arena, stein__derivative_size(m));
+    if (stein__derivative_size(m) > 0) {
+        s->slopes = stein__carve(&arena, stein__derivative_size(m));
+        return arena.used;
+    }
+    double **const vector[] = {&s->at,       &s->ahead,   &s->behind,  &s->slope[0],
+                               &s->slope[1], &s->bend[0], &s->bend[1], &s->off};
+    for (size_t i = 0; i < sizeof vector / sizeof *vector; i++) {
+        *vector[i] = stein__carve_doubles(&arena, n);
+    }
     return arena.used;
+}
+
+/* ---- differences ---- */
+
+/* qdd where coordinate or speed k of the state is h further. */
+static stein_status look(stein_sim *sim, int k, double h, double *qdd, stein_err *err)
+{
+    int n = sim->model->nq;
+    double *y = k < n ? &sim->q0[k] : &sim->qd0[k - n], here = *y;
+    *y += h;
+    sim->inside = INSIDE; // guards are not asked for
+    stein_status status = stein__evaluate(sim, sim->head->t, sim->q0, sim->qd0, qdd, err);
+    sim->inside = AT_END;
+    *y = here;
+    return status;
+}
+
+/* central differences of length h, and how far the curve bends off the line */
+static stein_status differences(stein_sim *sim, int k, double h, double *slope, double *bend,
+                                stein_err *err)
+{
+    const work *s = work_of(sim);
+    int n = sim->model->nq;
+    double y = k < n ? sim->q0[k] : sim->qd0[k - n], length = (y + h) - (y - h); // as rounded
+    stein_status status = look(sim, k, h, s->ahead, err);
+    status = status == STEIN_OK ? look(sim, k, -h, s->behind, err) : status;
+    for (int i = 0; i < n; i++) {
+        slope[i] = (s->ahead[i] - s->behind[i]) / length;
+        bend[i] = ((s->ahead[i] - s->at[i]) - (s->at[i] - s->behind[i])) / h;
+    }
+    return status;
+}
+
+/* Column k of {A, B}. Of each element the extrapolated difference (Richardson) at that length at
+ * which it is off by least: short where a contact is pressed in by little. Where there is a kink
+ * within the length, the bend does not halve with it. */
+static stein_status derive_column(stein_sim *sim, int k, double size, stein_err *err)
+{
+    const work *s = work_of(sim);
+    int n = sim->model->nq, j = k % n;
+    double *to = k < n ? s->A : s->B, h = longest;
+    stein_status status = STEIN_OK;
+    for (int i = 0; i < n; i++) {
+        s->off[i] = INFINITY;
+        to[i * n + j] = 0.0;
+    }
+    for (int level = 0; level < LEVELS && status == STEIN_OK; level++, h *= shorter) {
+        for (int half = 0; half < 2 && status == STEIN_OK; half++) {
+            status = differences(sim, k, half ? 0.5 * h : h, s->slope[half], s->bend[half], err);
+        }
+        for (int i = 0; i < n; i++) {
+            double off = fabs(s->slope[1][i] - s->slope[0][i]) +
+                         fabs(2.0 * s->bend[1][i] - s->bend[0][i]) + rounding * size / h;
+            if (off < s->off[i]) {
+                s->off[i] = off;
+                to[i * n + j] = (4.0 * s->slope[1][i] - s->slope[0][i]) / 3.0;
+            }
+        }
+    }
+    return status;
+}
+
+static stein_status derive_by_differences(stein_sim *sim, stein_err *err)
+{
+    const work *s = work_of(sim);
+    int n = sim->model->nq;
+    double size = 0.0;
+    stein_status status = look(sim, 0, 0.0, s->at, err);
+    for (int i = 0; i < n; i++) {
+        size = fmax(size, fabs(s->at[i]));
+    }
+    for (int k = 0; k < 2 * n && status == STEIN_OK; k++) {
+        status = derive_column(sim, k, size, err);
+    }
+    return status;
 }
 
 /* ---- a step ---- */
@@ -102,12 +195,31 @@ static stein_status derive(stein_sim *sim, stein_err *err)
 {
     work *s = work_of(sim);
     stein_status status = STEIN_OK;
-    if (!s->door.placed) {
-        status = stein__derivative_at(s->slopes, sim, sim->head->t, sim->q, sim->qd, NULL, err);
+    if (s->door.placed) {
+        return STEIN_OK;
     }
-    if (status == STEIN_OK && !s->door.placed) {
-        stein_derivative_by_state(s->slopes, s->A, s->B);
-        s->door.placed = 1;
+    if (s->slopes == NULL) {
+        sim->fresh = STALE;
+        status = derive_by_differences(sim, err);
+    } else {
+        status = stein__derivative_at(s->slopes, sim, sim->head->t, sim->q, sim->qd, NULL, err);
+        if (status == STEIN_OK) {
+            stein_derivative_by_state(s->slopes, s->A, s->B);
+        }
+    }
+    s->door.placed = status == STEIN_OK;
+    return status;
+}
+
+/* the end of a step in {xq, xqd} to where loops are closed and what sticks is at rest */
+static stein_status project(stein_sim *sim, double t, stein_err *err)
+{
+    stein_status status = STEIN_OK;
+    if (sim->model->nrow > 0) {
+        status = stein__loops_project(sim, t, err);
+    }
+    if (status == STEIN_OK && sim->model->nstick > 0) {
+        status = stein__stick_project(sim, t, err);
     }
     return status;
 }
@@ -202,9 +314,15 @@ static stein_status trial(stein_sim *sim, double h, stein_err *err)
         add_stages(s, 2 * n, dense[i], STAGES, s->door.dense + i * 2 * n);
     }
     for (int i = 0; i < n; i++) { // the last stage is still in x
-        sim->q1[i] = sim->xq[i] + last[i];
-        sim->qd1[i] = sim->xqd[i] + last[n + i];
+        sim->xq[i] += last[i];
+        sim->xqd[i] += last[n + i];
     }
+    status = project(sim, t + h, err);
+    if (status != STEIN_OK) {
+        return status;
+    }
+    copy(sim->q1, sim->xq, n);
+    copy(sim->qd1, sim->xqd, n);
     status = stein__evaluate(sim, t + h, sim->q1, sim->qd1, sim->qdd1, err);
     sim->eq = sim->eqd = 0.0;
     for (int i = 0; i < n; i++) {
@@ -253,8 +371,7 @@ static double h_rho(const stein_sim *sim, double h)
 
 size_t stein__implicit_size(const stein_model *model, stein_integrator integrator)
 {
-    int wanted = stein__is_controlled(integrator) && stein__derivative_size(model) > 0;
-    return wanted ? layout(NULL, model) : 0;
+    return stein__is_controlled(integrator) ? layout(NULL, model) : 0;
 }
 
 void stein__implicit_make(stein_sim *sim, void *block)
@@ -266,6 +383,8 @@ void stein__implicit_make(stein_sim *sim, void *block)
     (void)layout(s, sim->model);
     s->door.trial = trial;
     s->door.h_rho = h_rho;
-    s->slopes = stein__derivative_make(s->slopes, sim->model);
+    if (s->slopes != NULL) {
+        s->slopes = stein__derivative_make(s->slopes, sim->model);
+    }
     sim->implicit = &s->door;
 }

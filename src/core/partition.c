@@ -95,8 +95,10 @@ double stein__partition(stein_sim *sim, const double *x, int rank, double least)
     }
     l->rank_found = 0;
     for (int row; l->rank_found < rank && (row = find_pivot(sim, least)) >= 0;) {
+        l->narrow = fmin(l->narrow, l->best[row]);
         eliminate(sim, row, l->best_column[row]);
     }
+    l->narrow = l->rank_found < rank ? 0.0 : l->narrow;
     for (int i = 0; i < m; i++) {
         if (!l->used[i]) {
             left = fmax(left, fabs(l->rhs[i]) / (l->scale[i] > 0.0 ? l->scale[i] : 1.0));

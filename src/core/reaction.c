@@ -20,7 +20,8 @@
  *      sum over k of (s_j . w_k) mu_k = (M qdd + c - Q)_j
  *
  * solved by orthogonal columns with pivots (modified Gram-Schmidt). Forces that no joint feels -
- * across the plane of a plane mechanism, redundant conditions - are no unknowns: they are 0.
+ * across the plane of a plane mechanism, redundant conditions - are no unknowns: they are 0. Those
+ * of redundant conditions could be anything: a reaction that changes with them is not determined.
  */
 #include <math.h>
 #include <string.h>
@@ -30,6 +31,7 @@
 
 enum { MOST_FORCES = 6 };           /* of a loop */
 static const double unfelt = 1e-10; /* of the largest column */
+static const double changed = 1e-7; /* of a slack: a reaction depends on it */
 
 typedef struct body {
     double R[9], o[3];        /* axes and origin in the fixed frame */
@@ -51,6 +53,7 @@ typedef struct work {
     double *lack;   /* [nq] */
     int *first;     /* [nloop + 1] of the forces of a loop */
     int *order;     /* [forces] */
+    double slack;   /* of forces that are free */
 } work;
 
 /* ---- memory ---- */
@@ -118,18 +121,6 @@ static body fixed_frame(const stein_sim *sim)
     return b;
 }
 
-/* R of the parent times a turn about the joint's axis */
-static void turn_axes(const body *up, int axis, double s, double c, double R[9])
-{
-    int i = (axis + 1) % 3, j = (axis + 2) % 3;
-    for (int k = 0; k < 3; k++) {
-        double a = up->R[3 * k + i], b = up->R[3 * k + j];
-        R[3 * k + axis] = up->R[3 * k + axis];
-        R[3 * k + i] = c * a + s * b;
-        R[3 * k + j] = c * b - s * a;
-    }
-}
-
 /* the acceleration of a place at r from the origin of a body */
 static void accelerate(const body *b, const double r[3], double to[3])
 {
@@ -159,7 +150,7 @@ static void move(const stein_sim *sim, const body *up, int j, body *b)
     memcpy(b->dw, up->dw, sizeof b->dw);
     add_cross(spin, up->w, b->axis); // rate of the axis
     if (turns) {
-        turn_axes(up, axis, joint->sign * sim->sc[2 * j], sim->sc[2 * j + 1], b->R);
+        turn_axes(up->R, axis, joint->sign * sim->sc[2 * j], sim->sc[2 * j + 1], b->R);
         add(b->w, qd, b->axis);
         add(b->dw, qdd, b->axis);
         add(b->dw, qd, spin);
@@ -318,27 +309,6 @@ static void axes_of(const work *k, int of, double R[9])
     memcpy(R, of >= 0 ? k->body[of].R : unit, sizeof unit);
 }
 
-/* forces and moments along the axes of a frame, all or all but one */
-static int put_axes(wrench6 *unit, const double R[9], int but, const double *at)
-{
-    int n = 0;
-    for (int i = 0; i < 3; i++) {
-        double e[3];
-        column_of(R, i, e);
-        if (i == but) {
-            continue;
-        }
-        unit[n] = (wrench6){.f = {0.0}};
-        if (at != NULL) {
-            push(&unit[n], 1.0, e, at);
-        } else {
-            add(unit[n].n, 1.0, e);
-        }
-        n++;
-    }
-    return n;
-}
-
 /* unit forces of a loop on its second body. @return how many */
 static int unit_forces(const work *k, const stein_tie *tie, wrench6 *unit)
 {
@@ -423,25 +393,6 @@ static int find_columns(work *k)
     return n;
 }
 
-static double product(const double *a, const double *b, int n)
-{
-    double sum = 0.0;
-    for (int i = 0; i < n; i++) {
-        sum += a[i] * b[i];
-    }
-    return sum;
-}
-
-/* x less its part along a unit vector. @return that part */
-static double take_part(double *x, const double *unit, int n)
-{
-    double part = product(x, unit, n);
-    for (int i = 0; i < n; i++) {
-        x[i] -= part * unit[i];
-    }
-    return part;
-}
-
 /* the column that is longest of those from r on in front of the others. @return its length */
 static double put_longest(work *k, int r, int n)
 {
@@ -461,7 +412,43 @@ static double put_longest(work *k, int r, int n)
     return sqrt(fmax(most, 0.0));
 }
 
-/* mu [n]; what no joint feels is 0 */
+/* Is unit u one of a condition of its loop, so that its force is free where no joint feels it?
+ * Across the plane of a plane loop, which hinges tell, there is none. */
+static int is_condition(const work *k, int u)
+{
+    const stein_sim *sim = k->sim;
+    const wrench6 *unit = &k->unit[u];
+    int i = 0, along = 0;
+    while (u >= k->first[i + 1]) {
+        i++;
+    }
+    const stein_loop *loop = &sim->model->loops[i];
+    const stein_tie *tie = &sim->model->ties[i];
+    for (int j = 0; tie->kind != STEIN_TIE_COUPLING && j < sim->model->nq; j++) {
+        if (sim->model->bodies[j].type == 'R' &&
+            (carries(sim, j, body_at(sim, tie, 0)) || carries(sim, j, body_at(sim, tie, 1)))) {
+            int is_force = dot(unit->f, unit->f) > 0.0;
+            double part = dot(is_force ? unit->f : unit->n, k->body[j].axis);
+            along = is_force == (fabs(part) < 0.5);
+        }
+    }
+    return along || k->first[i + 1] - k->first[i] == loop->lengths + loop->angles;
+}
+
+/* what others than the first `rank` get, which might have any force */
+static void give_slack(work *k, int rank, int n, double longest)
+{
+    for (int i = rank; i < n; i++) {
+        double felt = 0.0;
+        for (int r = 0; r < rank; r++) {
+            felt = fmax(felt, fabs(k->R[k->order[r] * n + k->order[i]]));
+        }
+        int is_free = felt > unfelt * longest || is_condition(k, k->order[i]);
+        k->mu[k->order[i]] = is_free ? k->slack / (1.0 + 0.3 * k->order[i]) : 0.0;
+    }
+}
+
+/* mu [n]; what no joint feels is 0, or the slack */
 static void solve(work *k, int n)
 {
     int nq = k->sim->model->nq, rank = 0;
@@ -491,9 +478,10 @@ static void solve(work *k, int n)
         }
         k->mu[own] = take_part(k->lack, unit, nq);
     }
+    give_slack(k, rank, n, longest);
     for (int r = rank - 1; r >= 0; r--) {
         int own = k->order[r];
-        for (int i = r + 1; i < rank; i++) {
+        for (int i = r + 1; i < n; i++) {
             k->mu[own] -= k->R[own * n + k->order[i]] * k->mu[k->order[i]];
         }
         k->mu[own] /= k->R[own * n + own];
@@ -554,10 +542,11 @@ static wrench6 wrench_of(const work *k, const stein_reaction *r, double at[3])
     return w;
 }
 
-double stein__reaction(stein_sim *sim, int i)
+static double reaction(stein_sim *sim, int i, double slack)
 {
     const stein_reaction *r = &sim->model->reactions[i];
     work k = work_of(sim);
+    k.slack = slack;
     find_all(&k, sim);
     if (r->loop && sim->model->ties[r->index].kind == STEIN_TIE_COUPLING) {
         return k.mu[k.first[r->index]];
@@ -575,4 +564,30 @@ double stein__reaction(stein_sim *sim, int i)
     axes_of(&k, r->axes, R);
     turned(R, v, 1, local);
     return local[(int)r->component % 3];
+}
+
+double stein__reaction(stein_sim *sim, int i)
+{
+    return reaction(sim, i, 0.0);
+}
+
+int stein_is_determined(stein_sim *sim, int channel)
+{
+    const stein_model *m = sim->model;
+    int known = channel >= 0 && channel < m->nchannel, i = known ? m->channels[channel].index : 0;
+    int read = known ? (int)m->channels[channel].read : STEIN_READ_TIME;
+    double value[2] = {0.0, 0.0}, slack = 1.0;
+    if (m->nstick > 0 && (read == STEIN_READ_TANGENT || read == STEIN_READ_REACTION) &&
+        stein__refresh(sim, NULL) == STEIN_OK &&
+        stein__stick_shares(sim, read == STEIN_READ_TANGENT ? i : -1)) {
+        return 0;
+    }
+    for (int with = 0; read == STEIN_READ_REACTION && m->nloop > 0 && with < 2; with++) {
+        if (stein__refresh(sim, NULL) != STEIN_OK) {
+            return 1;
+        }
+        value[with] = reaction(sim, i, with ? slack : 0.0);
+        slack += fabs(value[0]);
+    }
+    return fabs(value[1] - value[0]) <= changed * slack;
 }

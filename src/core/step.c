@@ -22,8 +22,11 @@
 
 #include "core.h"
 
+static const double of_balls = 0.1;     /* of the tolerance: errors of each turn add up */
 static const double just_behind = 1e-3; /* the begin of a step, in steps */
 static const double at_once = 1e-12;    /* events that far apart are one, in steps */
+static const double singular =
+    0.02; /* a pivot of loops, in shares of its row: near a singular position */
 static const double sure = 1e-7; /* a root that far behind another one, in steps, is not it */
 enum { LOCATED = 2, LOCATED_STICKING = 200, MAX_ROOT_ITERATIONS = 80 };
 
@@ -266,8 +269,15 @@ void stein__accept(stein_sim *sim, double t1)
 
 stein_status stein__try(stein_sim *sim, double h, int implicit, stein_err *err)
 {
-    stein_status status =
-        implicit ? sim->implicit->trial(sim, h, err) : stein__trial(sim, sim->head->t, h, err);
+    stein_status status = STEIN_OK;
+    sim->loop.narrow = 1.0;
+    if (implicit) {
+        status = sim->implicit->trial(sim, h, err);
+        implicit = sim->loop.narrow > singular;
+    }
+    if (!implicit) {
+        status = stein__trial(sim, sim->head->t, h, err);
+    }
     sim->span = h;
     if (sim->implicit != NULL) {
         sim->implicit->inside = implicit;
@@ -358,7 +368,8 @@ static stein_status substep(stein_sim *sim, double target, int n, stein_err *err
 static stein_status advance_controlled(stein_sim *sim, double target, stein_err *err)
 {
     double h = target - sim->head->t;
-    stein_pace pace = {.tolerance = sim->tolerance, .longest = h, .h = h, .next = INFINITY};
+    double share = sim->model->nball > 0 ? of_balls : 1.0;
+    stein_pace pace = {.tolerance = share * sim->tolerance, .longest = h, .h = h, .next = INFINITY};
     return h > 0.0 ? stein__run_controlled(sim, target, &pace, err) : STEIN_OK;
 }
 

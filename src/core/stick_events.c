@@ -23,6 +23,7 @@ static const double little = 1e-6; /* [m/s^2 or rad/s^2] against a direction: by
 /* [m/s or rad/s] that places of one row may move against their new direction, as their rows are the
  * same to 1e-3 only */
 static const double together = 1e-9;
+static const double no_share = 1e-6; /* of an independent row in another one */
 
 enum { KEEP, LET_GO, TOGETHER, HELD_AGAIN }; /* what has been done with a place */
 
@@ -272,4 +273,27 @@ void stein__stick_switch(stein_sim *sim)
     }
     resolve_limits(sim);
     emit_events(sim);
+}
+
+/* the contact of a place, or its joint after all contacts */
+static int thing_of(const stein_sim *sim, int place)
+{
+    const stein_stick *stick = &sim->model->sticks[place];
+    return stick->kind == STEIN_STICK_JOINT ? sim->model->ncontact + stick->index
+                                            : sim->model->spots[stick->index].contact;
+}
+
+int stein__stick_shares(const stein_sim *sim, int contact)
+{
+    const stein__sticks *s = &sim->hold;
+    int found = 0;
+    for (int r = 0; r < s->nrow; r++) {
+        int one = thing_of(sim, s->row[r]);
+        for (int c = 0; sim->stick[s->row[r]] == SHARES && c < s->rank; c++) {
+            int other = thing_of(sim, s->row[s->order[c]]);
+            int here = contact < 0 || one == contact || other == contact;
+            found |= here && one != other && fabs(s->share[r * s->nrow + c]) > no_share;
+        }
+    }
+    return found;
 }

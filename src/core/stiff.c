@@ -19,10 +19,7 @@ static const double well_inside = 2; /* of it */
 /* why the motion has no implicit steps as it is now, NULL: it has */
 static const char *refusal(const stein_sim *sim)
 {
-    return sim->model->nrow > 0        ? "loops and couplings have no derivatives"
-           : sim->model->nstick > 0    ? "friction that sticks has no derivatives"
-           : sim->model->nball > 0     ? "bodies that turn in all directions have no derivatives"
-           : sim->implicit == NULL     ? "the equations came without derivatives"
+    return sim->implicit == NULL       ? "the equations came without derivatives"
            : sim->on_force != NULL     ? "a force hook has no derivative"
            : sim->signals              ? "a signal has no derivative by time"
            : sim->follower_is_explicit ? "sensitivities go with explicit steps"

@@ -60,4 +60,56 @@ static inline void join(wrench6 *to, double k, const wrench6 *w)
     add(to->n, k, w->n);
 }
 
+/* units along the axes of a frame, all or all but one: forces at a place, moments without one */
+static inline int put_axes(wrench6 *unit, const double R[9], int but, const double *at)
+{
+    int n = 0;
+    for (int i = 0; i < 3; i++) {
+        double e[3];
+        column_of(R, i, e);
+        if (i == but) {
+            continue;
+        }
+        unit[n] = (wrench6){.f = {0.0}};
+        if (at != NULL) {
+            push(&unit[n], 1.0, e, at);
+        } else {
+            add(unit[n].n, 1.0, e);
+        }
+        n++;
+    }
+    return n;
+}
+
+static inline double product(const double *a, const double *b, int n)
+{
+    double sum = 0.0;
+    for (int i = 0; i < n; i++) {
+        sum += a[i] * b[i];
+    }
+    return sum;
+}
+
+/* x less its part along a unit vector. @return that part */
+static inline double take_part(double *x, const double *unit, int n)
+{
+    double part = product(x, unit, n);
+    for (int i = 0; i < n; i++) {
+        x[i] -= part * unit[i];
+    }
+    return part;
+}
+
+/* R of the parent times a turn about the joint's axis */
+static inline void turn_axes(const double up[9], int axis, double s, double c, double R[9])
+{
+    int i = (axis + 1) % 3, j = (axis + 2) % 3;
+    for (int k = 0; k < 3; k++) {
+        double a = up[3 * k + i], b = up[3 * k + j];
+        R[3 * k + axis] = up[3 * k + axis];
+        R[3 * k + i] = c * a + s * b;
+        R[3 * k + j] = c * b - s * a;
+    }
+}
+
 #endif

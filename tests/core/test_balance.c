@@ -54,6 +54,20 @@ START_TEST(a_motion_keeps_its_bits)
 }
 END_TEST
 
+START_TEST(what_is_read_is_at_the_end_of_the_last_step)
+{
+    const stein_model *model = &stein_model_double_pendulum;
+    int angle = stein_find_channel(model, "upper_angle");
+    start(model, STEIN_CONTROLLED, 0.01);
+    ck_assert_int_ge(angle, 0);
+    for (int i = 1; i <= 100; i++) {
+        ck_assert_stein(stein_run(sim, 0.01 * i, err));
+        ck_assert_double_eq(stein_read(sim, angle), stein_q(sim)[0]);
+    }
+    stop();
+}
+END_TEST
+
 /* The action until the hammer has fallen back: every law takes part. RK4 errs by 4e-7 of what is
  * dissipated at 10 us, by 2e-7 at 5 us: friction turns within a step. */
 START_TEST(all_energy_of_a_stroke_is_explained)
@@ -278,6 +292,7 @@ Suite *balance_suite(void)
     Suite *suite = suite_create("balance");
     TCase *energies = tcase_create("energies"), *steps = tcase_create("controlled steps");
     tcase_add_loop_test(energies, a_motion_keeps_its_bits, 0, 3);
+    tcase_add_test(energies, what_is_read_is_at_the_end_of_the_last_step);
     tcase_add_test(energies, all_energy_of_a_stroke_is_explained);
     tcase_add_test(energies, a_block_loses_what_its_friction_takes);
     tcase_add_test(energies, a_hook_is_told_apart);

@@ -424,6 +424,103 @@ START_TEST(mistakes_are_told_where_they_are)
 }
 END_TEST
 
+/* ---- what is not determined ---- */
+
+static int is_determined(stein_sim *sim, const char *name)
+{
+    int channel = stein_find_channel(stein_sim_model(sim), name);
+    ck_assert_int_ge(channel, 0);
+    return stein_is_determined(sim, channel);
+}
+
+/* One hinge holds the plate; the second one along the same axis takes what it likes of the forces
+ * across that axis. */
+START_TEST(a_second_hinge_leaves_the_forces_of_both_open)
+{
+    stein_sim *sim =
+        start("mechanism: door\n"
+              "bodies:\n"
+              "  plate: {joint: R z, mass: 2 kg, centre: [0.2 m, 0, 0.1 m], "
+              "inertia: {xx: 0.02, yy: 0.02, zz: 0.02}, points: {top: [0, 0, 0.3 m]}, "
+              "initial: {speed: 2 rad/s}}\n"
+              "  bob: {parent: plate, joint: R y, mass: 0.1 kg, centre: [0, 0, -0.1 m]}\n"
+              "points: {top: [0, 0, 0.3 m]}\n"
+              "loops: {upper: {between: [frame.top, plate.top], hinge: z}}\n"
+              "outputs:\n"
+              "  upper: {loop: upper, read: reaction, component: fx}\n"
+              "  lower: {joint: plate, read: reaction, component: fx}\n"
+              "  about: {joint: plate, read: reaction, component: mz}\n"
+              "  bob: {joint: bob, read: reaction}\n"
+              "  q: {joint: plate, read: position}\n");
+    ck_assert_stein(stein_run(sim, 0.1, err));
+    ck_assert_int_eq(is_determined(sim, "upper"), 0);
+    ck_assert_int_eq(is_determined(sim, "lower"), 0);
+    ck_assert_int_eq(is_determined(sim, "about"), 1); // about the axis nothing holds
+    ck_assert_int_eq(is_determined(sim, "bob"), 1);
+    ck_assert_int_eq(is_determined(sim, "q"), 1);
+    ck_assert_int_eq(stein_is_determined(sim, 99), 1);
+    finish(sim);
+}
+END_TEST
+
+START_TEST(forces_of_a_four_bar_are_determined)
+{
+    stein_sim *sim =
+        start("mechanism: bars\n"
+              "bodies:\n"
+              "  crank: {joint: R y, mass: 1 kg, points: {e: [0, 0, 0.2 m]}, "
+              "initial: {position: 0.3 rad, speed: 1 rad/s}}\n"
+              "  rod: {parent: crank, at: crank.e, joint: R y, mass: 1 kg, inertia: {yy: 0.01}, "
+              "points: {e: [0.5 m, 0, 0]}}\n"
+              "  rocker: {joint: R y, at: [0.5 m, 0, 0], mass: 1 kg, inertia: {yy: 0.02}, "
+              "points: {e: [0, 0, 0.3 m]}}\n"
+              "loops: {pin: {between: [rod.e, rocker.e]}}\n"
+              "outputs: {pin: {loop: pin, read: reaction}, at: {joint: rocker, read: reaction}}\n");
+    ck_assert_int_eq(is_determined(sim, "pin"), 1);
+    ck_assert_int_eq(is_determined(sim, "at"), 1);
+    finish(sim);
+}
+END_TEST
+
+/* Two feet hold a table that is pushed: their friction is known in sum. One foot alone holds all.
+ */
+static stein_sim *start_table(const char *right)
+{
+    char text[2000];
+    snprintf(text, sizeof text,
+             "mechanism: table\n"
+             "gravity: [0.5 m/s^2, 0, -9.81 m/s^2]\n"
+             "bodies:\n"
+             "  x: {joint: T x}\n"
+             "  z: {parent: x, joint: T z, initial: {position: -0.0981 mm}}\n"
+             "  top: {parent: z, joint: R y, mass: 2 kg, inertia: {yy: 0.1}, "
+             "points: {a: [-0.4 m, 0, 0], b: [0.4 m, 0, 0]}}\n"
+             "contacts:\n"
+             "  left: {between: [{point: top.a}, {line: {on: frame, at: [0, 0, 0], "
+             "facing: 90 deg}}], normal: {c: 1e5, D: 5}, friction: {A: 0.5, stick: yes}}\n"
+             "  right: {between: [{point: top.b}, {line: {on: frame, at: [0, 0, 0], "
+             "facing: 90 deg}}], normal: {c: 1e5, D: 5}%s}\n"
+             "outputs: {left: {contact: left, read: friction}, press: {contact: left, read: force}}"
+             "\n",
+             right);
+    return start(text);
+}
+
+START_TEST(friction_that_two_feet_share_is_not_determined)
+{
+    stein_sim *sim = start_table(", friction: {A: 0.5, stick: yes}");
+    ck_assert_stein(stein_run(sim, 0.1, err));
+    ck_assert_int_eq(is_determined(sim, "left"), 0);
+    ck_assert_int_eq(is_determined(sim, "press"), 1);
+    finish(sim);
+    sim = start_table("");
+    ck_assert_stein(stein_run(sim, 0.1, err));
+    ck_assert_int_eq(is_determined(sim, "left"), 1);
+    ck_assert_close(fabs(reads(sim, "left")), 1.0, 1e-6, 0.0);
+    finish(sim);
+}
+END_TEST
+
 Suite *reaction_suite(void)
 {
     Suite *suite = suite_create("reaction");
@@ -439,6 +536,9 @@ Suite *reaction_suite(void)
     tcase_add_test(tc, what_sticks_is_a_force_as_well);
     tcase_add_test(tc, reading_a_reaction_changes_no_bit_of_the_motion);
     tcase_add_test(tc, mistakes_are_told_where_they_are);
+    tcase_add_test(tc, a_second_hinge_leaves_the_forces_of_both_open);
+    tcase_add_test(tc, forces_of_a_four_bar_are_determined);
+    tcase_add_test(tc, friction_that_two_feet_share_is_not_determined);
     suite_add_tcase(suite, tc);
     return suite;
 }

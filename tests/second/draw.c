@@ -172,6 +172,77 @@ void draw_make(draw *d, int number)
     }
 }
 
+/* ---- contacts ---- */
+
+/* laws that the library has itself: the normal force of Hertz, Hunt & Crossley */
+static void make_hertz(draw_contact *c)
+{
+    c->hertz = 1;
+    c->dry = even() < 0.5;
+    c->power = 0.5;
+    c->linear = within(3e3, 3e4);
+    c->vt = c->dry ? 1e-6 : 1e6;
+    c->A = (c->dry ? 1.0 : c->vt) * within(0.1, 0.8);
+}
+
+static void make_law(draw_contact *c)
+{
+    c->cubic = within(0.0, 1e10);
+    c->linear = within(3e3, 3e4);
+    c->power = even() < 0.5 ? 0.0 : within(0.1, 1.5);
+    c->vt = within(0.05, 0.5);
+    c->A = within(0.1, 0.8);
+    c->B1 = even() < 0.5 ? within(0.1, 0.8) : 0.0;
+    c->B2 = within(0.1, 0.5);
+}
+
+static void direction(const draw *d, draw_contact *c)
+{
+    double size = 0.0;
+    for (int i = 0; i < 3; i++) {
+        c->n[i] = d->planar && i == 1 ? 0.0 : within(-1.0, 1.0);
+        size += c->n[i] * c->n[i];
+    }
+    for (int i = 0; i < 3; i++) {
+        c->n[i] /= sqrt(size);
+    }
+    c->facing = atan2(c->n[2], c->n[0]);
+}
+
+/* the surface of b lies where a's is pressed in by 0.1 to 1.5 mm */
+static int make_contact(draw *d)
+{
+    draw_contact *c = &d->contact[d->ncontact];
+    memset(c, 0, sizeof *c);
+    c->a = below(d->n);
+    c->b = below(d->n + 1) - 1;
+    if (c->a == c->b) {
+        return 0;
+    }
+    c->is_plane = even() < 0.6;
+    (even() < 0.5 ? make_hertz : make_law)(c);
+    c->ra = c->hertz || even() < 0.6 ? within(0.01, 0.1) : 0.0;
+    c->rb = c->is_plane ? 0.0 : within(0.01, 0.1);
+    c->D = within(0.0, 0.6);
+    double apart = c->ra + c->rb - within(1e-4, 1.5e-3);
+    place(d, c->pa);
+    direction(d, c);
+    peer_place(d, c->a, c->pa, c->b, c->pb);
+    for (int i = 0; i < 3; i++) {
+        c->pb[i] -= apart * c->n[i];
+    }
+    d->ncontact++;
+    return 1;
+}
+
+void draw_touch(draw *d)
+{
+    int wanted = 1 + below(MOST_CONTACTS);
+    for (int tries = 0; tries < 50 && d->ncontact < wanted; tries++) {
+        (void)make_contact(d);
+    }
+}
+
 /* ---- its file ---- */
 
 static void write_three(FILE *f, const char *key, const double *p)
@@ -195,6 +266,15 @@ static void write_points(FILE *f, const draw *d, int body)
     if (d->to >= 0 && (d->from == body || d->to == body)) {
         snprintf(key, sizeof key, "%sspring", between);
         write_three(f, key, d->from == body ? d->pfrom : d->pto);
+        between = ", ";
+    }
+    for (int i = 0; i < d->ncontact; i++) {
+        const draw_contact *c = &d->contact[i];
+        if (c->a == body || (c->b == body && !c->is_plane)) {
+            snprintf(key, sizeof key, "%stouch%d", between, i);
+            write_three(f, key, c->a == body ? c->pa : c->pb);
+            between = ", ";
+        }
     }
 }
 
@@ -240,6 +320,43 @@ static void write_loops(FILE *f, const draw *d)
     }
 }
 
+static void write_round(FILE *f, const draw *d, int contact, int body, double radius)
+{
+    char name[20];
+    name_of(name, body);
+    if (radius > 0.0) {
+        fprintf(f, "{%s: {at: %s.touch%d, radius: %.17g}}", d->planar ? "circle" : "sphere", name,
+                contact, radius);
+    } else {
+        fprintf(f, "{point: %s.touch%d}", name, contact);
+    }
+}
+
+static void write_contact(FILE *f, const draw *d, int i)
+{
+    const draw_contact *c = &d->contact[i];
+    char name[20];
+    fprintf(f, "  touch%d:\n    between: [", i);
+    write_round(f, d, i, c->a, c->ra);
+    fprintf(f, ", ");
+    if (!c->is_plane) {
+        write_round(f, d, i, c->b, c->rb);
+    } else {
+        fprintf(f, "{%s: {on: %s, ", d->planar ? "line" : "plane", name_of(name, c->b));
+        write_three(f, "at", c->pb);
+        if (d->planar) {
+            fprintf(f, ", facing: %.17g}}", c->facing);
+        } else {
+            write_three(f, ", normal", c->n);
+            fprintf(f, "}}");
+        }
+    }
+    fprintf(f, "]\n    normal: {a: %.17g, c: %.17g, p: %.17g, D: %.17g}\n", c->cubic, c->linear,
+            c->power, c->D);
+    fprintf(f, "    friction: {A: %.17g, vt: %.17g, B1: %.17g, B2: %.17g}\n", c->A, c->vt, c->B1,
+            c->B2);
+}
+
 int draw_write(const draw *d, const char *name, const char *path)
 {
     char a[20], b[20];
@@ -270,6 +387,10 @@ int draw_write(const draw *d, const char *name, const char *path)
                 "links:\n  spring: {from: %s.spring, to: %s.spring, k: %.17g, length: %.17g, "
                 "damping: %.17g}\n",
                 name_of(a, d->from), name_of(b, d->to), d->stiffness, d->length, d->damping);
+    }
+    for (int i = 0; i < d->ncontact; i++) {
+        fprintf(f, "%s", i == 0 ? "contacts:\n" : "");
+        write_contact(f, d, i);
     }
     fprintf(f, "simulation: {dt: 1 ms, until: 1 s}\n");
     return fclose(f) == 0 ? 0 : -1;

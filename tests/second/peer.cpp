@@ -16,11 +16,73 @@ Vec3 vec(const double *p)
     return Vec3(p[0], p[1], p[2]);
 }
 
+// depth and velocity of a contact, and where its force acts: at the lowest place of the first body
+struct Meeting {
+    Vec3 at, n, slide;
+    double depth, rate;
+};
+
+// A contact whose forces are those that second.h states.
+class Contact : public Force::Custom::Implementation {
+  public:
+    Contact(const draw_contact &c, const MobilizedBody &a, const MobilizedBody &b)
+        : c(c), a(a), b(b)
+    {
+    }
+
+    void calcForce(const State &s, Vector_<SpatialVec> &onBodies, Vector_<Vec3> &,
+                   Vector &) const override
+    {
+        Meeting m = meet(s);
+        if (m.depth <= 0.0) {
+            return;
+        }
+        double x = m.depth, v = m.slide.norm(), u = v / c.vt;
+        double normal =
+            (c.cubic * x * x + c.linear) * x * std::pow(x / 1e-4, c.power) * (1.0 + c.D * m.rate);
+        if (normal <= 0.0) {
+            return;
+        }
+        double mu = c.A * (std::tanh(u) + c.B1 * u / (1.0 + c.B2 * std::pow(u, 4)));
+        Vec3 force = normal * m.n;
+        if (v > 0.0) {
+            force -= mu * normal / v * m.slide;
+        }
+        a.applyForceToBodyPoint(s, a.findStationAtGroundPoint(s, m.at), force, onBodies);
+        b.applyForceToBodyPoint(s, b.findStationAtGroundPoint(s, m.at), -force, onBodies);
+    }
+
+    Real calcPotentialEnergy(const State &) const override
+    {
+        return 0.0;
+    }
+
+  private:
+    Meeting meet(const State &s) const
+    {
+        Meeting m;
+        Vec3 from = b.findStationLocationInGround(s, vec(c.pb));
+        Vec3 to = a.findStationLocationInGround(s, vec(c.pa));
+        m.n = c.is_plane ? b.expressVectorInGroundFrame(s, vec(c.n)) : (to - from).normalize();
+        m.depth = c.ra + c.rb - dot(to - from, m.n);
+        m.at = to - c.ra * m.n;
+        Vec3 v = a.findStationVelocityInGround(s, a.findStationAtGroundPoint(s, m.at)) -
+                 b.findStationVelocityInGround(s, b.findStationAtGroundPoint(s, m.at));
+        m.rate = -dot(v, m.n);
+        m.slide = v + m.rate * m.n;
+        return m;
+    }
+
+    draw_contact c;
+    MobilizedBody a, b;
+};
+
 // Everything of a draw. Members are made in their order and refer to those before them.
 struct World {
     MultibodySystem system;
     SimbodyMatterSubsystem matter{system};
     GeneralForceSubsystem forces{system};
+    GeneralContactSubsystem touches{system};
     std::vector<MobilizedBody> body;
 
     explicit World(const draw &d)
@@ -76,8 +138,38 @@ struct World {
         }
     }
 
+    // The first body is hard, so that all of the depth is the second one's.
+    void touch_by_library(const draw_contact &c)
+    {
+        const double hard = 1e40;
+        double radius = c.is_plane ? c.ra : c.ra * c.rb / (c.ra + c.rb);
+        double modulus = 0.75 * c.linear / std::sqrt(1e-4 * radius);
+        double dry = c.dry ? c.A : 0.0, viscous = c.dry ? 0.0 : c.A / c.vt;
+        ContactSetIndex set = touches.createContactSet();
+        touches.addBody(set, at(c.a), ContactGeometry::Sphere(c.ra), Transform(vec(c.pa)));
+        if (c.is_plane) { // x of a half-space points into it
+            Rotation inwards(UnitVec3(-vec(c.n)), XAxis);
+            touches.addBody(set, at(c.b), ContactGeometry::HalfSpace(),
+                            Transform(inwards, vec(c.pb)));
+        } else {
+            touches.addBody(set, at(c.b), ContactGeometry::Sphere(c.rb), Transform(vec(c.pb)));
+        }
+        HuntCrossleyForce force(forces, touches, set);
+        force.setBodyParameters(ContactSurfaceIndex(0), hard, c.D / 1.5, dry, dry, viscous);
+        force.setBodyParameters(ContactSurfaceIndex(1), modulus, c.D / 1.5, dry, dry, viscous);
+        force.setTransitionVelocity(c.dry ? c.vt : 1.0);
+    }
+
     void connect(const draw &d)
     {
+        for (int i = 0; i < d.ncontact; i++) {
+            const draw_contact &c = d.contact[i];
+            if (c.hertz) {
+                touch_by_library(c);
+            } else {
+                Force::Custom(forces, new Contact(c, at(c.a), at(c.b)));
+            }
+        }
         for (int i = 0; i < d.nloop; i++) {
             close(d.loop[i], d.planar != 0);
         }
@@ -115,6 +207,33 @@ void peer_place(const draw *d, int which, const double *p, int in, double *out)
     Vec3 there = w.at(which).findStationLocationInAnotherBody(s, vec(p), w.at(in));
     for (int i = 0; i < 3; i++) {
         out[i] = there[i];
+    }
+}
+
+int peer_move(const draw *d, double time, double *q, double *qd, char *text, int size)
+{
+    try {
+        World w(*d);
+        w.connect(*d);
+        State s = w.system.realizeTopology();
+        for (int i = 0; i < d->n; i++) {
+            w.body[i].setOneQ(s, 0, q[i]);
+            w.body[i].setOneU(s, 0, qd[i]);
+        }
+        RungeKuttaMersonIntegrator integrator(w.system);
+        integrator.setAccuracy(1e-11);
+        integrator.setConstraintTolerance(1e-11);
+        TimeStepper stepper(w.system, integrator);
+        stepper.initialize(s);
+        stepper.stepTo(time);
+        for (int i = 0; i < d->n; i++) {
+            q[i] = w.body[i].getOneQ(integrator.getState(), 0);
+            qd[i] = w.body[i].getOneU(integrator.getState(), 0);
+        }
+        return 0;
+    } catch (const std::exception &e) {
+        std::snprintf(text, (size_t)size, "%s", e.what());
+        return -1;
     }
 }
 

@@ -26,7 +26,8 @@ double bench_integral(double (*f)(double, void *), void *ctx, double from, doubl
 const char *bench_cell(char *text, const char *format, double value);
 void bench_stop(const stein_err *err);
 
-/** Rows of linkages.c. */
+/** Rows of linkages.c and contacts.c. */
 void validate_linkages(void);
+void validate_contacts(void);
 
 #endif
