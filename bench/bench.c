@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * bench.c - what an evaluation, a step and a stroke cost, and what others take for the same.
+ * bench.c - costs of an evaluation, a step and a stroke, here and in other programs.
  *
  *     build/bench [FILTER] [--csv FILE] [--plot FILE.svg]
  *
- * FILTER: only cases whose model or name contains this text are run; `instrument`, `stiff`, `worst`
+ * FILTER: only cases with this text in model or name are run; `instrument`, `stiff`, `worst`
  * and `precision` select those groups of cases. Run from the root of the sources (it opens
  * models/stein1788.yaml). Compare ratios within one run, not nanoseconds between two. Ends with 1
  * when anything that was timed is not right.

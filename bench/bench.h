@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * bench.h - what the files of the benchmark share.
+ * bench.h - shared by the files of the benchmark.
  *
  *   bench.c       options, order, CSV
  *   timing.c      cases, rounds, ratios
@@ -52,7 +52,7 @@ void *bench_alloc(size_t size);
 /** The end of the program when a call fails. */
 void bench_need(stein_status status, const stein_err *err, const char *what);
 
-/** What is timed has to be right: |error| <= bound, or the program ends with 1 after everything. */
+/** Timed code has to be correct: |error| <= bound, or the program ends with 1 after everything. */
 void bench_check(const char *what, double error, double bound);
 int bench_failures(void);
 
@@ -61,16 +61,16 @@ bench_case *bench_add(const char *group, const char *subject, const char *what, 
                       void *ctx);
 void bench_filter(const char *part);
 void bench_measure(void);
-/** Quantile of n <= BENCH_ROUNDS numbers, which stay as they are. */
+/** Quantile of n <= BENCH_ROUNDS numbers, which are not changed. */
 double bench_quantile(const double *x, int n, double share);
 double bench_median(const bench_case *c);
 void bench_print_cases(FILE *csv);
 
-/** A row of the table of ratios: time of a to that of b, times `scale`. Nothing without both.
+/** A row of the table of ratios: time of a over time of b, times `scale`. Nothing without both.
  *  @param bar  what it should be at most (with at_least: at least); 0: none is set */
 void bench_ratio(const char *what, const bench_case *a, const bench_case *b, double scale,
                  double bar, int at_least);
-/** A row whose figures [n] were made elsewhere. */
+/** A row with figures [n] from another source. */
 void bench_row(const char *what, const double *figure, int n, double bar, int at_least);
 void bench_print_ratios(FILE *csv);
 

@@ -150,7 +150,7 @@ static double run_lanes(void *ctx, long n)
     return sum;
 }
 
-/* state i, in lane i % n, to the last bit as it is alone. @return numbers that differ */
+/* state i, in lane i % n, with the same bits as alone. @return numbers that differ */
 static int other_bits(int i, int n, const double *lane_M, const double *lane_c)
 {
     double sc[6], M[9], c[3];

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * libm.h - in place of src/core/elementary.h: the same functions by the platform's libm, so that
- * `make bench-libm` can tell what own ones cost.
+ * libm.h - in place of src/core/elementary.h: the same functions by the platform's libm, for `make
+ * bench-libm`, which compares the costs.
  */
 #ifndef STEIN_ELEMENTARY_H
 #define STEIN_ELEMENTARY_H

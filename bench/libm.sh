@@ -1,7 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
-# libm.sh - what own elementary functions cost: the action's evaluation and its steps, against the
-# same core with the platform's libm. Both programs run by turns; the least of each counts.
+# libm.sh - costs of the library's elementary functions: the action's evaluation and its steps,
+# against the same core with the platform's libm. Both programs run by turns; the least of each
+# counts.
 set -u
 B=${STEIN_BUILD:-build}
 rounds=${ROUNDS:-5}

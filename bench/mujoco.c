@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * mujoco.c - M and c and forward dynamics of piano3 by MuJoCo, a numeric library that knows nothing
- * of the mechanism before it is run.
+ * mujoco.c - M and c and forward dynamics of piano3 by MuJoCo, a numeric library without code for
+ * the mechanism.
  *
  * M by its composite bodies, made dense as ours is, c by its recursive Newton-Euler pass; forward
- * dynamics adds the sparse factors of M. Of the pipeline only what these need is called: positions,
- * inertias, velocities. What a body has out of the plane is neither given nor felt; the model
- * compiler wants inertias that a body can have, so all three are that about y.
+ * dynamics adds the sparse factors of M. Only the needed functions of the pipeline are called:
+ * positions, inertias, velocities. Properties out of the plane have no effect; the model compiler
+ * needs inertias that a body can have, so all three equal the one about y.
  */
 #include "mujoco.h"
 

@@ -6,7 +6,7 @@
 
 #include "bench.h"
 
-/** Cases "M and c" and "forward dynamics" of piano3 by MuJoCo, checked against those of `sim`.
+/** Cases "M and c" and "forward dynamics" of piano3 by MuJoCo, checked against `sim`.
  *  @param q, qd  [n][3], which stay where they are */
 void mujoco_add(stein_sim *sim, const double (*q)[3], const double (*qd)[3], int n);
 /** Their ratios to the generated ones. */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * operations.c - how many operations generated equations take, here and elsewhere: no times.
+ * operations.c - operations of generated equations, here and in other programs: no times.
  *
  * The counts of others: ROBOTRAN's examples as it writes them; RX90 from OpenSYMORO's generated
  * text; Pinocchio's algorithms as CasADi writes them out. ROBOTRAN's and ours keep a force and a

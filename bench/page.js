@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * page.js - what a frame of a page costs: the module in nodejs, as in a browser of the same family.
+ * page.js - cost of a frame of a page: the module in nodejs, as in a browser of the same family.
  *
  *   node bench/page.js PAGE.html */
 "use strict";

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * peers.c - steppers of GSL and CVODE on the right-hand side of a simulation.
  *
- * y = {q, qd}. A stepper that knows nothing of contacts calls a right-hand side that finds out by
- * itself what touches: the guards at the same poses decide about the modes, then the forces follow
- * as in any evaluation of ours. The notch's region is memory: the one of the last accepted step is
- * kept while it is valid. Nothing locates switches; the step control has to get over them.
+ * y = {q, qd}. A stepper without events calls a right-hand side that determines the contacts by
+ * itself: the guards at the same poses decide about the modes, then the forces follow as in any
+ * evaluation of ours. The notch's region is memory: the one of the last accepted step is kept while
+ * it is valid. Nothing locates switches; the step control has to get over them.
  *
  * Tolerances are absolute; a speed may be wrong by 100 times as much a second as a coordinate,
  * which served all of them best (1 and 1000 were tried).
@@ -74,7 +74,7 @@ static int derivative(double t, const double *y, double *f, void *ctx)
     return stein__accelerate(s->sim, f + nq) < 0 ? 0 : -1;
 }
 
-/* a step was accepted: what the notch remembers now */
+/* a step was accepted: present memory of the notch */
 static void accept(side *s, const double *y)
 {
     place_at(s->sim, y);
@@ -136,7 +136,7 @@ static int cvode_derivative(realtype t, N_Vector y, N_Vector f, void *ctx)
     return derivative(t, N_VGetArrayPointer(y), N_VGetArrayPointer(f), ctx);
 }
 
-/* Adams' formulas with fixed-point iteration: what suits a system that is not stiff */
+/* Adams' formulas with fixed-point iteration: settings for a system that is not stiff */
 static int run_cvode(const void *method, stein_sim *sim, double tolerance, const double *at, int n,
                      double *q, long *calls)
 {

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * precision.c - what a stroke costs at an accuracy: global error of the head against CPU time.
+ * precision.c - cost of a stroke at an accuracy: global error of the head against CPU time.
  *
  * One stroke of the 1788 action from its rest through escapement, impact and rebound, seen at
- * twelve times. The error of a method is the largest distance of the head from where the reference
- * has it. The reference is the motion with steps of controlled error at their smallest tolerance;
- * fixed steps of a millionth of a second, which share nothing with it but the forces, say how good
- * it is. All settings are run in turn, again and again, each from the same state.
+ * twelve times. The error of a method is the largest distance of the head from the reference. The
+ * reference is the motion with steps of controlled error at their smallest tolerance; its error is
+ * measured by fixed steps of a millionth of a second, which share only the forces with it. All
+ * settings are run in turn, again and again, each from the same state.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -236,7 +236,7 @@ static void add_settings(void)
     }
 }
 
-/* the cheapest setting of a method whose error is at most this */
+/* the cheapest setting of a method with at most this error */
 static const setting *cheapest(const peer *p, double error)
 {
     const setting *best = NULL;

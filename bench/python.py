@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What Python costs: a step by step(), one call a step, beside step(n), one call for all; a sweep
+"""Costs of Python: a step by step(), one call a step, beside step(n), one call for all; a sweep
 beside `stein sweep`; two simulations in two threads beside one after the other. Works that are compared
-take turns; of times the least one is told, of ratios the best."""
+take turns; the least time and the best ratio are printed."""
 import os
 import resource
 import subprocess
@@ -73,7 +73,7 @@ def sweeps(points, rounds=3):
 
 
 def alone(work):
-    """Seconds that a thread would take on a processor of its own: what it computed, and what it waited
+    """Seconds that a thread would take on a free processor: what it computed, and what it waited
     for others of its process; not what it waited for a processor."""
     path = f"/proc/self/task/{threading.get_native_id()}/schedstat"
 

@@ -52,7 +52,7 @@ static double run_acceleration(void *ctx, long n)
     return sum;
 }
 
-/* steps of the stroke, started anew whenever it is over */
+/* steps of the stroke, started again whenever it is over */
 static double run_steps(void *ctx, long n)
 {
     probe *p = ctx;

@@ -3,8 +3,8 @@
  *
  * A rotor of inertia J behind a gear of ratio r turns r times as fast as its joint, so that its
  * kinetic energy is (J r^2) qd^2 / 2: the armature a = J r^2 is added to M_jj, and a qdd_j to Q_j.
- * It has no weight. What its axis does in space besides is left out, J r (e . om) qd and J om^2,
- * which r^2 outweighs (Featherstone 2008, section 9.6, and the armature of MuJoCo's joints).
+ * It has no weight. Terms of the moving axis, J r (e . om) qd and J om^2, are neglected: r^2
+ * outweighs them (Featherstone 2008, section 9.6, and the armature of MuJoCo's joints).
  */
 #include "tree.h"
 

@@ -7,9 +7,9 @@
  *
  *      moment = J w + H a + n        force = H' w + B a + f
  *
- * Its own parts are K in J and the cross product of b in H. Its mass is part of the parent's K
- * and b (recombine.c), which leaves M, and so all that follows, as it is. From the leaves to the
- * root, with axis e, arm d and u_n = J e, u_f = H' e, D = e.J e, t = r_i - e.n:
+ * Its own parts are K in J and the cross product of b in H. Its mass is part of the parent's K and
+ * b (recombine.c), which does not change M and its solution. From the leaves to the root, with axis
+ * e, arm d and u_n = J e, u_f = H' e, D = e.J e, t = r_i - e.n:
  *
  *      the joint gives way     J -= u_n u_n' / D    H -= u_n u_f' / D    B -= u_f u_f' / D
  *                              n += u_n t / D       f += u_f t / D
@@ -18,14 +18,15 @@
  * and back from the root: a += w x d, qdd = t / D - (u_n.w + u_f.a) / D, w += e qdd.
  *
  * An armature a, which resists qdd alone, is added to D. The joint then gives way by a part of J e:
- * J, H and n keep a share a / D of what they have along e.
+ * J, H and n keep the share a / D of their part along e.
  *
  * The work grows with n, where M and its factors grow with n^2 and n^3: from a dozen joints in a
- * chain on it is less (gen.c, make_route). Trees with a slide, which would need the masses that
- * were handed on, have M, and so have those with a joint that may be given: it is taken out of M.
+ * chain on it is less (gen.c, make_route). Trees with a slide would need the masses that were moved
+ * to parents, so they use M. So do trees with a joint that may have a prescribed motion: it is
+ * taken out of M.
  *
- * D is the pivot of the factors of M: where one is not well above 0, M is singular. What is handed
- * out is D less 1e-13 of the inertias beyond the joint.
+ * D is the pivot of the factors of M: where one is not well above 0, M is singular. The returned
+ * pivot is D less 1e-13 of the inertias beyond the joint.
  */
 #include <stdlib.h>
 
@@ -51,7 +52,7 @@ static vec row(mat a, int i)
     return (vec){{a.x[i][0], a.x[i][1], a.x[i][2]}};
 }
 
-/* what a body resists with by itself: K and b~ */
+/* inertia of a single body: K and b~ */
 static void own_inertia(walk *ps, int i, part *s)
 {
     ex_graph *g = ps->g;
@@ -125,7 +126,7 @@ static sym moved_inertia(ex_graph *g, sym J, vec d, mat before, mat after, int e
     return J;
 }
 
-/* what the parent feels of a body that has given way */
+/* inertia of an articulated body at its parent */
 static void pass_up(walk *ps, int i, const part *s, part *p)
 {
     ex_graph *g = ps->g;
@@ -178,7 +179,7 @@ int dyn_articulates(const tree *t)
 {
     int can = t->m->load_body < 0 && t->nrow == 0 && !tree_in_space(t);
     for (int i = 0; i < t->n; i++) {
-        can &= t->body[i].turns && !t->m->bodies[i].sticks; // what sticks is solved for with M
+        can &= t->body[i].turns && !t->m->bodies[i].sticks; // friction that sticks needs M
     }
     for (int i = 0; i < t->m->ninput; i++) {
         can &= t->m->inputs[i].kind != STEIN_INPUT_MOTION;

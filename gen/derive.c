@@ -4,16 +4,16 @@
  *      (a + b)' = a' + b'          (a b)' = a' b + a b'        (a / b)' = (a' - (a / b) b') / b
  *      (sin a)' = cos a a'         (cos a)' = - sin a a'       (sqrt a)' = a' / (2 sqrt a)
  *
- * One sweep per known: a' is 1 for the known itself and 0 for every other leaf, so that what does
- * not depend on it is 0 and leaves no node. Everything is shared with the function and with the
- * other sweeps; even the derivative of the sine of a sum of angles is found to be the cosine of
- * that sum, made of the same four products.
+ * One sweep per known: a' is 1 for the argument itself and 0 for every other leaf, so independent
+ * terms are 0 and leave no node. Everything is shared with the function and with the other sweeps;
+ * even the derivative of the sine of a sum of angles is found to be the cosine of that sum, made of
+ * the same four products.
  *
- * Along a direction (dq, dqd, dd, or dp for the setup) there is a single sweep, whose leaves are
- * the numbers of the direction.
+ * Along a direction (dq, dqd, dd, or dp for the setup) there is a single sweep, with the numbers of
+ * the direction as leaves.
  *
- * Rejected: reverse mode. It needs one sweep per result instead of one per known, of which there
- * are twice as many, but turns the order of the recursion round, and with it all of its names.
+ * Rejected: reverse mode. It needs one sweep per result instead of one per argument, of which there
+ * are twice as many. But it reverses the order of the recursion, and with it all names.
  */
 #include <stdlib.h>
 #include <string.h>

@@ -31,12 +31,12 @@ typedef struct link_state {
     int arm_frame;
     int pair;       /* handled as a pair with its parent */
     vec slide, rel; /* prismatic: displacement and relative acceleration */
-    vec extra;      /* what slid children add to the first moment */
+    vec extra;      /* contribution of slid children to the first moment */
     sym extra_k;    /*   and to the inertia */
     vec first;      /* recombined first moment including `extra` */
     vec force, moment;
     vec local; /* forces that arrive in own axes: turned to the working frame together */
-    vec comp;  /* composite first moment, and what it is without the own constant part */
+    vec comp;  /* composite first moment, with and without the own constant part */
     vec comp_x;
     sym comp_k, comp_kx; /* the same for the inertia */
     vec base_force;      /* force on the base for unit acceleration of this joint, fixed frame */

@@ -404,7 +404,7 @@ void ex_reach(const ex_graph *g, const ex *outputs, int noutput, int *uses)
     for (int i = 0; i < noutput; i++) {
         uses[outputs[i]]++;
     }
-    for (int i = g->n - 1; i > 0; i--) { /* operands come before what is made of them */
+    for (int i = g->n - 1; i > 0; i--) { /* operands precede their results */
         if (uses[i] && operands(&g->node[i]) > 0) {
             uses[g->node[i].a]++;
         }

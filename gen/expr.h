@@ -3,8 +3,9 @@
  * subexpressions, dead code and operation counts come for free.
  *
  * There are two kinds of graph. The *setup* graph holds everything that depends on parameters only.
- * A *function* graph holds what depends on q, qd, ...; a parameter-only value is a leaf EX_CONST in
- * it that points into the setup graph, and an operation on two such leaves is done there:
+ * A *function* graph holds terms that depend on q, qd, ...; a parameter-only value is a leaf
+ * EX_CONST in it that points into the setup graph, and an operation on two such leaves is done
+ * there:
  *
  *      setup graph                     function graph
  *      p[3] --(*)--> mb1  <----------- EX_CONST --(*)--> mb1*C2
@@ -39,7 +40,7 @@ typedef enum {
     EX_SQRT
 } ex_op;
 
-/** EX_DP, EX_DQ, EX_DQD and EX_DD are those of a direction that a function is derived along; the
+/** EX_DP, EX_DQ, EX_DQD and EX_DD are components of the direction of a derivative; the
  *  index of an EX_DD is the setup node of its constant. */
 typedef enum {
     EX_P,
@@ -105,7 +106,8 @@ void ex_name(ex_graph *g, ex a, const char *format, ...);
 /** 1 when a is a number (of either graph), whose value goes to *value. */
 int ex_is_num(const ex_graph *g, ex a, double *value);
 
-/** Mark what `outputs` need. uses [g->n] counts the references from marked nodes and outputs. */
+/** Mark the nodes that `outputs` need. uses [g->n] counts the references from marked nodes and
+ * outputs. */
 void ex_reach(const ex_graph *g, const ex *outputs, int noutput, int *uses);
 /** Operations needed for the outputs, ROBOTRAN's convention: signs of outputs are free.
  *  @return 0, -1 without memory */

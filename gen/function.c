@@ -22,7 +22,7 @@
 
 enum { LONG = GEN_LONG, PART = 300 }; /* lines */
 
-/* what the parts need to know of the nodes */
+/* properties of the nodes that the parts use */
 typedef struct split {
     const printer *p;
     const func *f;
@@ -68,7 +68,8 @@ static int order_lines(split *s)
     return failed;
 }
 
-/* what part k reads for the expression of node e, which is written out where it has no symbol */
+/* values that part k reads for the expression of node e, which is written in full if it has no
+ * symbol */
 static void read_by(split *s, ex e, int k, int root)
 {
     const ex_node *nd = &s->p->g->node[e];
@@ -191,7 +192,7 @@ static void print_split(split *s, const emission *e)
 {
     int parts = (s->nline + s->f->nout + s->size - 1) / s->size;
     for (int k = 0; k < parts; k++) {
-        read_part(s, k); // which finds out what is handed on
+        read_part(s, k); // which finds the shared values
     }
     for (int k = 0; k < parts; k++) {
         read_part(s, k);

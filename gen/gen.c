@@ -26,7 +26,7 @@ static stein_status fail(stein_err *err, stein_status code, const char *format, 
     return code;
 }
 
-/* ---- checks: what the reader guarantees, for mechanisms that come from elsewhere ------------- */
+/* ---- checks: guarantees of the reader, for mechanisms from other sources --------------------- */
 
 static int is_identifier(const char *s)
 {
@@ -209,11 +209,11 @@ static stein_status check(const mechanism *m, stein_err *err)
 
 /* ---- the passes ------------------------------------------------------------------------------ */
 
-/** Derivatives, in the frames that are best for what they are of. Those by every q and qd grow with
+/** Derivatives, in the frames of their functions. Those by every q and qd grow with
  *  the number of joints times the size of the function: a large tree takes the ones along. */
 static int make_slopes(funcs *f, const tree *t)
 {
-    if (t->nrow || tree_in_space(t)) { /* what that adds to qdd is not derived yet */
+    if (t->nrow || tree_in_space(t)) { /* its derivative is not implemented */
         return 0;
     }
     int n = t->n, size = f->inverse.ops.add + f->inverse.ops.mul;

@@ -10,7 +10,7 @@
 #include "mechanism.h"
 #include "stein/model.h"
 
-/** What was generated. */
+/** Result of a generation. */
 typedef struct gen_result {
     char *source;       /* complete text of one C file, NUL-terminated, owned */
     size_t size;        /* its length in bytes */
@@ -41,8 +41,9 @@ stein_status gen_expressions(char **out, const mechanism *m, const char *what, s
 /** All operations, a sine or cosine counts 1. */
 int gen_total(stein_ops o);
 
-/** Hash of everything in a mechanism that its equations depend on: where it is equal, so is
- *  gen_result.equations, and nothing need be generated to know that. The text has it in its head.
+/** Hash of everything in a mechanism that its equations depend on: if it is equal,
+ *  gen_result.equations is equal too, and nothing has to be generated. The head of the text
+ *  contains it.
  *  @param out  16 hexadecimal digits */
 void gen_structure(const mechanism *m, char out[17]);
 

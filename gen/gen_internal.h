@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * gen_internal.h - what the generator's back end shares: functions, the layout of d, text output.
+ * gen_internal.h - shared by the generator's back end: functions, the layout of d, text output.
  * Included by: this folder.
  */
 #ifndef GEN_INTERNAL_H
@@ -98,12 +98,11 @@ void text_literal(text *x, const char *s);
 /** s if it consists of [A-Za-z0-9_.] only, else "?": the only way of names into comments. */
 const char *text_safe(const char *s);
 
-/* ---- emit.c, emissions.c, tables.c
- * ----------------------------------------------------------------------- */
+/* ---- emit.c, emissions.c, header.c, tables.c ---- */
 
 enum {
     GEN_LONG = 1000, /* lines of a function that goes into parts */
-    GEN_HUGE = 8000  /* that a compiler would take minutes to improve */
+    GEN_HUGE = 8000  /* that a compiler would take minutes to optimise */
 };
 
 /** Names the C target of output i of a function. */
@@ -113,8 +112,8 @@ typedef struct emission {
     const char *type;                    /* of its numbers: "double", or "stein_real" for lanes */
     const char *unused[EX_NVAR + 2];     /* argument names by ex_var_kind, then d, sc */
     target_name *target;
-    int seldom; /* a step does not need it: a compiler need not improve more lines than that; 0: it
-                 * does */
+    int seldom; /* not called in a step: more lines than that are not optimised; 0: called in a step
+                 */
     int (*stays)(const tree *t, int i); /* output i has one writer; NULL: it may have more */
 } emission;
 
@@ -123,9 +122,9 @@ void emit_setup(text *x, const tree *t, const layout *l, stein_ops *ops);
 void emit_setup_along(text *x, const tree *t, const layout *l);
 void emit_func(text *x, const tree *t, const layout *l, const func *f, const emission *e);
 
-/* solve.c: M x = b as a function of its own, for trees that are not too large */
+/* solve.c: M x = b as a separate function, for trees that are not too large */
 int emit_solves(const tree *t);
-/** What M x = b costs, with any solver. */
+/** Operations of M x = b, with any solver. */
 stein_ops solve_ops(const tree *t);
 void emit_solve(text *x, const tree *t);
 

@@ -4,7 +4,7 @@
  *
  * M, the kinetic energy and the Jacobians of points have a number for every joint and every one
  * below it. In long branches that is text which compilers take minutes for, and none of it is in a
- * step, as qdd comes from articulated bodies (articulated.c). So what is emitted grows with n, and
+ * step, as qdd comes from articulated bodies (articulated.c). So the emitted text grows with n, and
  * loops do the rest:
  *
  *      M a       by the recursion of dyn.c with om = 0 and without gravity; its columns are M
@@ -36,7 +36,8 @@ int tree_is_long(const tree *t)
 /* ---- M a ------------------------------------------------------------------------------------ */
 
 typedef struct moving {
-    vec spin, acc, arm; /* angular acceleration, that of the origin, from the parent's origin */
+    vec spin, acc,
+        arm; /* angular acceleration, acceleration of the origin, place from the parent's origin */
     vec force, moment;
 } moving;
 
@@ -110,7 +111,7 @@ void long_momenta(walk *w, ex *out)
 
 /* ---- points --------------------------------------------------------------------------------- */
 
-/* the axes of body i in the fixed frame, from those of its parent */
+/* the axes of body i in the fixed frame, from its parent's axes */
 static void place_axes(walk *w, int i)
 {
     const rbody *b = &w->t->body[i];

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: MIT
- * loops.c - what closed loops and couplings ask of the coordinates: h(q) = 0 with J = dh/dq and
- * Jdot qd.
+ * loops.c - conditions of closed loops and couplings on the coordinates: h(q) = 0 with J = dh/dq
+ * and Jdot qd.
  *
  * Everything of a loop is written in the axes of the body on which both of its branches hang: the
- * joints below that body do not move the two points against each other, so that their columns of J
- * are no expressions that happen to be 0. With d from the first point A to the second one B, e_k
- * the axes of A's body and f_k those of B's:
+ * joints below that body do not move the two points against each other, so their columns of J are
+ * exactly 0, not expressions with the value 0. With d from the first point A to the second one B,
+ * e_k the axes of A's body and f_k the axes of B's:
  *
  *      meet    d = 0                          rod     (d.d - L^2) / 2 L = 0
  *      slot k  e_i.d = 0 for i other than k   weld    d = 0 and e_i.f_j = 0 (three pairs)

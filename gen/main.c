@@ -116,7 +116,7 @@ static int complain(const char *path)
     return EXIT_MODEL;
 }
 
-/** A device or a pipe cannot be replaced by a file: it is written to as it is. */
+/** A device or a pipe cannot be replaced by a file: it is written to directly. */
 static int is_device(const char *path)
 {
     struct stat st;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * printer.h - what the files that print functions share: emit.c, function.c.
+ * printer.h - shared by the files that print functions: emit.c, function.c.
  * Included by: this folder.
  */
 #ifndef PRINTER_H
@@ -15,7 +15,7 @@ typedef struct printer {
     const layout *l;
     const ex_graph *g;
     int *uses;
-    char *line;             /* [n] 1: the node has a line of its own */
+    char *line;             /* [n] 1: the node has a separate line */
     char (*symbol)[SYMBOL]; /* [n] what to write for it, "" = write it out */
     int *taken, ntaken;     /* hash set of the symbols in use */
     const char *type;       /* of the numbers */

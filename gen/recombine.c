@@ -7,8 +7,8 @@
  * and joint axis e, from the leaves to the root:
  *
  *   revolute   mass m:             b' += m d     K' += m (d.d E - d d')
- *              b along e, be e:    b' += be e    K' += S(be e, d)     own b loses it
- *              inertia k (E - e e'):             K' += k (E - e e')   own K loses it
+ *              b along e, be e:    b' += be e    K' += S(be e, d)     and removed from b
+ *              inertia k (E - e e'):             K' += k (E - e e')   and removed from K
  *   prismatic  all of it while the joint is at 0: b' += b, K' += K (axes stay parallel);
  *              what sliding adds (m e q, S(b, e) q, m q q) is left to the recursion
  *   S(u, v) = 2 (u.v) E - u v' - v u'
@@ -147,7 +147,7 @@ static ex surplus(ex_graph *g, rbody *b, int e, int f, int h)
     return ex_mul(g, ex_num(g, 0.5), sum);
 }
 
-/** Hand to the parent what the joint cannot feel. */
+/** Move to the parent the inertia that does not act on the joint. */
 static void hand_up(tree *t, int i, ex *mass, vec *first, sym *inertia)
 {
     ex_graph *g = t->setup;
@@ -247,8 +247,8 @@ static void find_carriers(tree *t)
     }
 }
 
-/** Bodies that need a pose in space: those with a contact in space, those whose attitude is an
- *  output, and all their ancestors in the tree. */
+/** Bodies that need a pose in space: bodies with a contact in space, bodies with an output of
+ *  attitude, and all their ancestors in the tree. */
 static void find_solids(tree *t)
 {
     const mechanism *m = t->m;

@@ -67,7 +67,7 @@ static long cost(trial *r)
     if (build_func(&f, r->t, &r->ch, r->build, r->nout, r->frame, 1) == 0) {
         const stein_ops *o = &f.ops;
         total = o->add + o->mul + o->neg + DIV_COST * o->div + o->trig;
-        total = total * 1024 + o->mul; /* of equal totals the one with fewer products */
+        total = total * 1024 + o->mul; /* of equal totals the candidate with fewer products */
     } else {
         r->failed = 1;
     }

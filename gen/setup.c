@@ -168,7 +168,7 @@ static int put_shape(layout *l, const tree *t, const mech_shape *s, const char *
     return base;
 }
 
-/* the normal of a plane: that of a line that stands across its plane, or a vector of any length */
+/* the normal of a plane: a normal of a line in its plane, or a vector of any length */
 static void solid_normal(const tree *t, const mech_shape *s, ex n[3])
 {
     ex_graph *g = t->setup;

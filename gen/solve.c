@@ -10,8 +10,8 @@
  *      x_i  = y_i / D_i - sum of L_ij x_j over the ancestors j of i
  *
  * Large trees are left to the loops of the runtime: the text grows with the cube of their depth.
- * STEIN_PIVOT (model.h) returns at a pivot that vanishes or, in lanes, remembers which ones it did
- * in.
+ * STEIN_PIVOT (model.h) returns at a pivot that vanishes or, in lanes, stores the lanes in which it
+ * did.
  */
 #include <stdio.h>
 #include <string.h>
@@ -22,8 +22,8 @@ enum { LARGEST = 16, WIDTH = 100, NAME = 32 };
 
 int emit_solves(const tree *t)
 {
-    /* Loops fill M beyond the branches of the tree. A mechanism in space has no lanes, which are
-     * what this solution is for. */
+    /* Loops fill M beyond the branches of the tree. This solution is for lanes, which a mechanism
+     * in space does not have. */
     return t->n <= LARGEST && t->nrow == 0 && !tree_in_space(t);
 }
 
@@ -100,7 +100,7 @@ static size_t begin(text *x, const char *left, const char *first)
     return 4 + strlen(left) + 3 + strlen(first);
 }
 
-/* A_ij or, with j = -1, y_i: what is there less what all joints beyond i take away */
+/* A_ij or, with j = -1, y_i: present value less the contributions of all joints beyond i */
 static void reduced(text *x, const tree *t, int i, int j)
 {
     char name[NAME], left[56], first[NAME], factor[NAME];

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
- * structure.c - what the equations of a mechanism are made of, as a hash.
+ * structure.c - hash of all data that the equations of a mechanism depend on.
  *
- * Equal structure, equal equations: with those of one mechanism there is no need to generate those
- * of another one to know that they are the same. Everything counts but
+ * Equal structure, equal equations: with the equations of one mechanism, equal equations of another
+ * one are recognised without generating them. Everything counts but
  *
  *   values and tolerances of parameters      setup() works with those it is given
  *   step, integrator, duration, settling     the program takes them from the file
@@ -161,8 +161,8 @@ static void laws(hash *h, const mechanism *m)
     }
 }
 
-/* none leave no trace: what there was before there were limits, armatures, sticking, balls and
- * loops has the hash it had */
+/* none leave no trace: mechanisms without limits, armatures, sticking, balls and loops keep their
+ * older hash */
 static void limits_and_loops(hash *h, const mechanism *m)
 {
     for (int i = 0; i < m->nbody; i++) {

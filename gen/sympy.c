@@ -15,7 +15,7 @@
 
 enum { LONGEST = 4 << 20 }; /* [bytes]; SymPy takes minutes for more */
 
-/* what can be asked for: the outputs `first` ... of a builder, in rows and columns */
+/* available expressions: the outputs `first` ... of a builder, in rows and columns */
 typedef struct wanted {
     builder *build;
     int nout, first, rows, columns; /* columns 0: one number */

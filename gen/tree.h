@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * tree.h - what the generator's passes share: the tree with recombined parameters, symbolic
+ * tree.h - shared by the generator's passes: the tree with recombined parameters, symbolic
  * vectors, frames, and the functions that are to be emitted.
  *
  * Body -1 is the fixed frame. Bodies are 0-based here and in all arrays; symbols in the emitted
@@ -84,7 +84,7 @@ typedef struct func {
     int *chosen; /* [3n+2] choices that it was built with: frame, near, pair, gravity, split */
 } func;
 
-/** Choices that leave the result as it is and change the amount of work (search.c). */
+/** Choices that do not change the result but the amount of work (search.c). */
 typedef struct choice {
     int *frame;  /* [n] turning body: 0 own axes, 1 base of its group, 2 parent's axes */
     int *near;   /* [n] hinge arm is turned to 0 the parent's working frame, 1 the body's */
@@ -192,7 +192,7 @@ void kin_place(walk *ps, placed *all, int i, int top);
 void kin_pose(walk *ps, ex *out);
 enum { POSE3 = 18 };
 void kin_pose3(walk *ps, ex *out);
-/** v of the axes of orientation `up` in those of `to`. */
+/** v, from the axes of orientation `up` to the axes of `to`. */
 vec kin_turn(walk *w, vec v, int up, int to);
 void kin_point(walk *ps, ex *out);
 /** o, v, a: point k, its velocity, its acceleration while qdd = 0. arm: from the origin of its
@@ -203,7 +203,7 @@ void kin_energy(walk *ps, ex *out);
 
 /* loops.c */
 enum { LOOP_ROWS = 6 };
-/** Which rows of the loops say something: t->row. @return 0, or -1 when out of memory */
+/** Which rows of the loops are not trivial: t->row. @return 0, or -1 when out of memory */
 int loop_rows(tree *t);
 /** How many rows of loop i are lengths, and how many are angles. */
 void loop_units(const tree *t, int i, int *lengths, int *angles);

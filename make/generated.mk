@@ -37,10 +37,11 @@ $(B)/structures.c: $(GENERATED) make/generated.mk
 
 # a file as C strings, line by line
 quoted = sed 's/\\/\\\\/g; s/"/\\"/g; s/?/\\?/g; s/.*/    "&\\n",/'
-# model.h as a string, so that equations compiled later need no installed header
-$(B)/model_header.c: include/stein/model.h | $(B)/.gitignore
+# model.h and the header that it includes as one string, so that equations compiled later need no
+# installed header
+$(B)/model_header.c: include/stein/model.h include/stein/output.h | $(B)/.gitignore
 	$(Q){ echo '#include "model_header.h"'; echo 'const char *const lab__model_header[] = {'; \
-	  $(quoted) $<; echo '    0};'; } > $@
+	  sed -e '/^#include "stein\/output.h"/{r include/stein/output.h' -e 'd}' $< | $(quoted); echo '    0};'; } > $@
 
 # the mechanisms of `stein version --hash`
 $(B)/identity_models.c: models/stein1788.yaml models/pendulum.yaml | $(B)/.gitignore
@@ -56,7 +57,7 @@ PAGE_CORE  := $(filter-out src/core/handover.c src/core/identity.c src/core/lane
                 src/core/derivative.c src/core/direction.h src/core/slopes.% src/core/sensitivity.c src/core/balance.c \
                 src/core/tangent.c src/core/points.c src/core/implicit.c src/core/linear%,\
                 $(wildcard src/core/*.[ch])) src/page/shim.c src/page/explicit.c \
-              $(addprefix include/stein/,law.h model.h sim.h status.h version.h)
+              $(addprefix include/stein/,law.h model.h output.h sim.h status.h version.h)
 FMU_FILES  := $(wildcard src/fmi/*.c src/fmi/*.h src/fmi/*.txt)
 STARTER    := src/cli/starter.yaml
 embed = n=0; for f in $(2); do n=$$((n + 1)); echo "static const char *const $(1)_$$n[] = {"; \

@@ -13,7 +13,8 @@ COMPLETIONS ?= $(DATADIR)/bash-completion/completions
 ZSHDIR      ?= $(DATADIR)/zsh/site-functions
 FISHDIR     ?= $(DATADIR)/fish/vendor_completions.d
 
-# ---- shared libraries: the soname changes when a program has to be linked anew --------------------
+# ---- shared libraries: the soname changes when programs have to be linked again
+# -------------------
 SOVERSION := 0
 SHARED    := $(B)/libstein.so $(B)/libsteinlab.so
 shared = $(Q)$(CC) $(OPT) $(LDFLAGS) -shared -Wl,-soname,$(@F).$(SOVERSION) \

@@ -54,7 +54,7 @@ for doc in $pages; do
     page=$(page_of "$doc")
     mkdir -p "$site/$(dirname "$page")"
     write_page "$doc" "$page" >"$site/$page"
-    # what it links to, but other documents
+    # linked files other than documents
     { grep -o ']([^):#]*)' "$doc" || true; } | sed 's/^](//; s/)$//' | grep -v '\.md$' | while read -r file; do
         from=$(dirname "$doc")/$file
         if [ -f "$from" ]; then

@@ -1,8 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
 # abi.sh - may a program that was linked with an earlier libstein.so run with this one? abidiff
-# against the description that tests/abi/ keeps (`make abi`), which is that of the last release or,
-# before the first one, what was accepted last. `abi.sh accept` (make abi-accept) keeps this one.
+# against the description that tests/abi/ keeps (`make abi`), the description of the last release
+# or, before the first one, the last accepted one. `abi.sh accept` (make abi-accept) keeps this one.
 #
 # New functions are welcome. A function that is gone, other arguments or another layout of a public
 # structure need a larger SOVERSION (packaging/install.mk) and version; then accept.
@@ -14,7 +14,7 @@ for tool in abidw abidiff; do
 done
 tmp=$(mktemp -d) || exit 1
 trap 'rm -rf "$tmp"' EXIT
-# what public headers say: private types end as names; places in files are left out
+# declarations of public headers: private types end as names; places in files are left out
 abidw --no-corpus-path --no-comp-dir-path --headers-dir include --drop-private-types "$B/libstein.so" |
     sed "s/ filepath='[^']*'//; s/ line='[0-9]*'//; s/ column='[0-9]*'//" >"$tmp/now.abi" || exit 1
 if [ "${1-}" = accept ]; then
@@ -22,7 +22,7 @@ if [ "${1-}" = accept ]; then
     exit
 fi
 gunzip -c "$kept" >"$tmp/kept.abi" || exit 1
-# the list of built-in mechanisms may grow: nobody sees its length; so may that of status codes
+# the list of built-in mechanisms may grow: its length is private; so may the list of status codes
 printf '[suppress_variable]\n  name = stein_models\n' >"$tmp/ignored"
 printf '[suppress_type]\n  type_kind = enum\n  name = stein_status\n  changed_enumerators = STEIN_STATUS_COUNT\n' >>"$tmp/ignored"
 abidiff --suppressions "$tmp/ignored" --no-added-syms "$tmp/kept.abi" "$tmp/now.abi" && {

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-# claims.sh - what tests/test_*.sh share; each begins with it, from the checkout's root. One line for
+# claims.sh - shared by tests/test_*.sh; each begins with it, from the checkout's root. One line for
 # each claim that fails; `finish` ends the script with a count of both.
 #
 #   $B, $stein       what was built, the program; $variant and $san: how, for make and a compiler
@@ -46,8 +46,8 @@ quiet() { if [ -s "$dir/out" ]; then fail "$1"; else pass; fi; }
 same() { if cmp -s "$2" "$3"; then pass; else fail "$1"; fi; }
 # gone TEXT FILE: there is no such file
 gone() { if [ ! -e "$2" ]; then pass; else fail "$1"; fi; }
-# counted FILE: claims that another script has counted in the last line of its output; what failed is
-# told
+# counted FILE: claims that another script has counted in the last line of its output; failures are
+# printed
 counted() {
     last=$(tail -n 1 "$1")
     case $last in

@@ -5,14 +5,14 @@
 #   sh tests/convert_data.sh DATA FOLDER
 #
 # DATA holds emps/, ball_drops/, piano_action/ with the files as they were published (see SOURCE.md
-# there); what is absent is left out. FOLDER gets one CSV file a record:
+# there); absent files are left out. FOLDER gets one CSV file a record:
 #   emps_train.csv, emps_pulses.csv      slide_motion [m], slide_force [N] = 35.15065 N/V vir
 #   emps_train_1.csv .. _4.csv, pulses   the same, one file a cycle of the programme (6.24 s)
 #   ball_NAME_DROP.csv                   height [m], with mass and diameter where they are known
 #   piano_*.csv                          raw columns of the sensors, for the audit
 #   grand_slow.csv, grand_fast_1..6.csv  key_motion [rad], hammer_travel [mm]: from the key's start until
-#                                        the hammer falls back and is caught, by the tables of who
-#                                        measured them; of the slow one every fifth row
+#                                        the hammer falls back and is caught, by the tables of the
+#                                        authors; of the slow one every fifth row
 #   grand_plain_*.csv                    the same with a hammer sensor that is taken as linear
 # Nothing is filtered, and nothing left out but columns that are no measurements and the pauses.
 set -eu
@@ -92,8 +92,9 @@ raw() { # FROM TO RATE NAMES  - rows without a time get one
 }
 
 # strokes of the grand: reading of the ADC to travel by the author's tables, straight between their
-# points and beyond; the key's travel is that of its back, 200 mm behind the pin. The tables go in
-# steps of 0.4 mm (hammer) and 0.8 mm (key): what they leave, about 0.1 mm, is more than the ADC's noise
+# points and beyond; the key's travel is measured at its back, 200 mm behind the pin. The tables go
+# in steps of 0.4 mm (hammer) and 0.8 mm (key): what they leave, about 0.1 mm, is more than the
+# ADC's noise
 grand() { # FROM FOLDER NAME BEGIN END [s] EVERY [rows]
     [ -f "$1" ] || return 0
     for how in "" plain_; do

@@ -9,7 +9,7 @@
 
 enum { SAID = 40, SAID_LENGTH = 400 };
 
-/** Collects what is reported. */
+/** Collects reports. */
 typedef struct said {
     char text[SAID][SAID_LENGTH];
     int n;
@@ -40,7 +40,7 @@ static inline int was_found(const lab_audit *a, const char *part)
     return found;
 }
 
-/** What the camera does. */
+/** Settings of the camera. */
 typedef struct camera {
     double rate, noise, step, jitter; /* [Hz], [m], [m], [s] sd of one instant, uniform */
     double from, to, trigger;         /* recorded stretch [s]; the motion begins at `trigger` */
@@ -89,7 +89,7 @@ static inline double stroke_at(double t)
     return rest + (d - rest) * exp(-s / 9.3e-3) * cos(127.0 * s);
 }
 
-/** What the camera sees at time t of its clock. */
+/** Reading of the camera at time t of its clock. */
 typedef struct eye {
     camera c;
     double carried; /* noise of the frame before [m] */
@@ -134,7 +134,7 @@ static inline lab_data *open_data(const char *path, const stein_model *model)
     return data;
 }
 
-/** A file that is refused: where, after its path, and a part of what is said. */
+/** A file that is refused: place, after its path, and a part of the message. */
 typedef struct bad_data {
     const char *text, *place, *says;
 } bad_data;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * derivative_support.h - differences that know how good they are, and the 1788 action with all of
- * its contacts closed.
+ * derivative_support.h - differences with an error estimate, and the 1788 action with all of its
+ * contacts closed.
  */
 #ifndef DERIVATIVE_SUPPORT_H
 #define DERIVATIVE_SUPPORT_H

@@ -18,7 +18,7 @@ typedef struct film {
     const char *channels;     /* separated by blanks */
     double rate, from, until; /* [Hz], [s] */
     double noise, clock;      /* sd [unit]; the data's clock is ahead by this [s] */
-    double base, lag; /* the frame of t is that of (1 + base) t; the last channel lags [s] */
+    double base, lag; /* the frame of t is the frame of (1 + base) t; the last channel lags [s] */
     int unsynchronised, silent; /* silent: no `# noise` */
     unsigned long long seed;
 } film;
@@ -57,7 +57,7 @@ static inline void write_film_head(FILE *f, const film *m, const stein_model *eq
     fprintf(f, "%s\n", title);
 }
 
-/* what a channel shows at T, if that is not past */
+/* reading of a channel at T, if that is not past */
 static inline double seen_at(stein_sim *sim, const char *channel, double T)
 {
     double y = 0.0;
@@ -119,7 +119,7 @@ static inline const char *take(const char *name, const film *m)
     return path;
 }
 
-/** A fit and what it belongs to. */
+/** A fit with its model and data. */
 typedef struct fitted {
     lab_model *model;
     lab_dataset *data;

@@ -1,12 +1,12 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
 # fuzz.sh SECONDS [TARGET...] - libFuzzer on every target for so long, from its kept inputs, as many
-# targets at once as there are processors. What is new stays in build-fuzz/corpus/; an input that
-# fails is named. Ends with 1 when there is one. RECORD=FILE: a table of the inputs and failures of
-# all runs, to which those of this one are added. BYTES: of the longest input; short ones are
-# tried several times as often. MANY: the build that does not trace comparisons, any input changed
-# as often as any other, less freed memory kept and none of it filled: more inputs with the same
-# checks, which find new paths more slowly.
+# targets at once as there are processors. New inputs stay in build-fuzz/corpus/; a failing input is
+# named. Ends with 1 when there is one. RECORD=FILE: a table of the inputs and failures of all runs,
+# to which this run is added. BYTES: of the longest input; short ones are tried several times as
+# often. MANY: the build that does not trace comparisons, any input changed as often as any other,
+# less freed memory kept and none of it filled: more inputs with the same checks, which find new
+# paths more slowly.
 set -u
 seconds=${1:-60}
 [ $# -eq 0 ] || shift

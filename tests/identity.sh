@@ -4,8 +4,8 @@
 # Prints a table of builds and their hashes; ends with 1 when two of them differ.
 #
 # A build of the core is core, equations and tests/identity/main.c; a whole build is the program
-# `stein`, whose hashes of a sweep and a fit go through the lab and GSL as well. A compiler or an
-# emulator that is missing is told and skipped.
+# `stein`, whose hashes of a sweep and a fit go through the lab and GSL as well. A missing compiler
+# or emulator is reported and skipped.
 set -u
 B=${STEIN_BUILD:-build}
 tmp=$(mktemp -d) || exit 1

@@ -140,7 +140,7 @@ static const char falling[] = "mechanism: falling\n"
                               "stroke: {string: string}\n"
                               "simulation: {dt: 10 us, until: 0.12 s}\n";
 
-/* test_lab.c, which asks what a cache does, has its own */
+/* test_lab.c, which tests the cache, has its own */
 #ifdef CACHE_OF_ITS_OWN
 static const char *const cache_kept = folder;
 #else

@@ -4,7 +4,7 @@
 #
 #   STEIN_BUILD=build sh tests/league.sh DATA CASES
 #
-# DATA holds emps/ and ball_drops/ as they were published (tests/convert_data.sh), CASES holds
+# DATA holds emps/ and ball_drops/ as published (tests/convert_data.sh), CASES holds
 # single_arm/, double_arm/, geared_arm_inverse/: a mechanism file and records each. What is absent is
 # skipped and said so. Tables in Markdown on standard output; what is written stays in
 # STEIN_BUILD/league.

@@ -142,7 +142,8 @@ static inline void place_of(const char *text, const char *at, char *place, size_
     }
 }
 
-/** Read a text that must be refused with one problem that points and says as told. */
+/** Read a text that must be refused with one problem, at the given place and with the given
+ * message. */
 static inline void refuse_text(const char *text, size_t size, const mech_set *set, int nset,
                                const char *at, const char *words)
 {

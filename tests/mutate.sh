@@ -3,7 +3,7 @@
 # mutate.sh N SEED JOBS [FILE...] - the checks checked: N small mistakes (tests/mutate/mutate.c), drawn
 # with SEED from generator, contact laws, notch and integrators, or from FILEs, one at a time in a copy
 # of the sources; the suites that could find it run until one does. Prints every mutant and the share
-# that was found, file by file; survivors.txt says why some cannot be found. What it measured is
+# that was found, file by file; survivors.txt states why some cannot be found. What it measured is
 # in build-mutate/results. Ends with 1 when fewer than 90 % are found or a survivor has no reason.
 set -u
 n=$1 seed=$2 jobs=$3
@@ -23,7 +23,7 @@ suites() {
     *) echo core law contact parts integrator stroke table facts wrong batch effects ;;
     esac
 }
-tests_of() { # TREE SUITE SECONDS: run it there, with a cache and limits of its own
+tests_of() { # TREE SUITE SECONDS: run it there, with its own cache and limits
     (
         cd "$1" && rm -rf cache || exit 1
         case $2 in faults.*) timeout -k 2 "$3" build/faults "${2#*.}" >log 2>&1; exit ;; esac

@@ -26,7 +26,7 @@ static inline void rotor_free(rotor *r)
 
 /** Strokes of a mechanism with `truth` ("NAME=VALUE", closed by NULL) in them, diagnosed.
  *  @param text  of the mechanism that is diagnosed
- *  @param real  of the one that is filmed
+ *  @param real of the filmed one
  *  @param told  of each stroke, closed by NULL: written as `# set`, and so */
 static inline rotor rotor_filmed(const char *text, const char *real, const char *const *truth,
                                  const char *told[ROTOR_STROKES][3])
@@ -82,7 +82,7 @@ static inline rotor rotor_diagnosed(const char *truth, const char *const *start,
     return rotor_with(one, start, n);
 }
 
-/** A suspect by its kind. */
+/** A candidate by its kind. */
 static inline const lab_suspect *rotor_suspect(const rotor *r, const char *kind)
 {
     for (int i = 0; i < r->d->nsuspect; i++) {

@@ -1,16 +1,16 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
 # sanitize.sh memory|thread|valgrind|python [SUITE...] - suites under clang's memory sanitizer, the
-# thread sanitizer, valgrind. Ends with 1 when one of them has something to say.
+# thread sanitizer, valgrind. Ends with 1 when one of them reports an error.
 #
-#   memory    what a number was made of that nobody wrote: core, equations and reader. The libraries of
+#   memory    numbers made from uninitialised memory: core, equations and reader. The libraries of
 #             the lab (GSL, expat) and the compiler behind the tests of generated texts are not seen
 #             into, so suites that need those are not run (contact and parts, too: what comes back from
-#             there counts as unwritten), nor what is compiled in a test (CK_EXCLUDE_TAGS); what
-#             libyaml writes is told (sanitizer.h).
+#             there counts as unwritten), nor what is compiled in a test (CK_EXCLUDE_TAGS); writes
+#             of libyaml are declared (sanitizer.h).
 #   thread    the suites in which threads meet; two threads at a hand-over are in test_realtime.sh. Not
-#             realtime: the sanitizer's own thread outlives the one that the sandbox kills, so nobody
-#             would ever see that process end.
+#             realtime: the sanitizer's own thread outlives the thread that the sandbox kills, so
+#             the process would never end.
 #   valgrind  suites that end within minutes there
 #   python    valgrind on `import stein`: simulations made, run and dropped, ROUNDS times more often the
 #             second time, leave the same blocks; what Python itself leaves is in both

@@ -30,7 +30,7 @@ static inline const char *film_swing(int i, const char *model, const char *const
     return kept[i];
 }
 
-/* @param model  the file that is fitted; the swings are those of models/pendulum.yaml */
+/* @param model  the file that is fitted; the swings are made by models/pendulum.yaml */
 static inline void open_swings(fitted *f, const char *model, const char *const *truth,
                                unsigned long long seed)
 {

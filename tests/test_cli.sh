@@ -15,7 +15,7 @@ json() {
         2>"$dir/err"; then pass; else fail "$1"; fi
 }
 
-# ---- what the program says about itself
+# ---- version, help and lists of the program
 claim 0 "stein --version" "$stein" --version
 shows "the version is a number" '^stein [0-9]*\.[0-9]*\.[0-9]*$'
 claim 2 "no command at all is misuse" "$stein"

@@ -1,9 +1,9 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
-# test_examples.sh - the examples are made by their own Makefiles against an installed tree, run, and
-# do what they say: the haptic loop feels what `stein simulate` computes, the audio callback makes no
-# system call and the same sound with and without a sandbox, the plugin strikes its string in a host,
-# a mechanism of one's own becomes a program.
+# test_examples.sh - the examples are made by their own Makefiles against an installed tree, run,
+# and give the documented results: the force of the haptic loop agrees with `stein simulate`; the
+# audio callback makes no system call and the same sound with and without a sandbox; the plugin
+# strikes its string in a host; a new mechanism becomes a program.
 set -u
 . tests/claims.sh
 # within VALUE LOW HIGH

@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
-# test_faults.sh - memory that ends, and writes that fail, for every command that writes: one line
-# that says so, an exit code, the previous file as it was, nothing half done beside it.
+# test_faults.sh - failing memory and failing writes, for every command that writes: one message, an
+# exit code, the previous file unchanged, no half-written file beside it.
 set -u
 . tests/claims.sh
 XDG_CACHE_HOME=$dir/cache # its own
@@ -68,7 +68,7 @@ claim 1 "a journal where the disk ends" limited 2 journal "$dir/short"
 told "a journal where the disk ends" 'short'
 claim 0 "goes on when there is room" journal "$dir/short"
 
-# a new mechanism is compiled into a cache: a cache that cannot be written is told
+# a new mechanism is compiled into a cache: a cache that cannot be written is reported
 sed 's/centre: .*/centre: [3 mm, 0, -174 mm]/' $pendulum >"$dir/own.yaml"
 claim 1 "a cache that cannot be made" env XDG_CACHE_HOME=/dev/full "$stein" simulate "$dir/own.yaml" --until 1ms
 claim 1 "a cache on a disk that ends" limited 1 "$stein" simulate "$dir/own.yaml" --until 1ms
@@ -82,7 +82,7 @@ if [ -n "$(find "$dir/home/.cache/stein" -name 'pendulum-*.so')" ]; then pass; e
 claim 0 "a relative one is none" own HOME="$dir/home" XDG_CACHE_HOME=cache-of-nobody
 gone "and is not made" cache-of-nobody
 
-# ---- standard output: full, and closed by who reads it
+# ---- standard output: full, and closed by its reader
 for words in "check $pendulum" "check --json $pendulum" "simulate --until 1ms --json $pendulum" \
     "simulate --until 2s -o - $pendulum" "sweep $pendulum --vary rod.mass=1,2 --until 1ms" "effects" "effects --json" \
     "version" "version --json" "help" "help fit" "merge $dir/journal" "fit --json --free rod.damping $pendulum $dir/swing.csv"; do

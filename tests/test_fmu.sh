@@ -24,7 +24,7 @@ claim 1 "a compiler for nothing of ours" env CC=false "$stein" export models/pen
 claim 1 "a place that is none" "$stein" export models/pendulum.yaml -o "$dir/no/x.fmu"
 if [ -e "$dir/x.fmu" ]; then fail "an FMU that failed is not there"; else pass; fi
 
-# ---- machines: what a compiler says it compiles for, by one that compiles nothing
+# ---- machines: the target of a compiler, by one that compiles nothing
 cat >"$dir/cc" <<'EOF'
 #!/bin/sh
 [ "$1" = -dumpmachine ] && echo "$MACHINE" && exit
@@ -232,7 +232,7 @@ x=$dir/stein1788-3/modelDescription.xml
 regulated=$("$stein" check models/stein1788.yaml --json | sed -n '/"regulation"/,/\]/s/.*"name": "\(.*\)",*/\1/p' | sort)
 tunable=$(xmllint --xpath '//*[@variability="tunable"]/@name' "$x" | sed 's/.*name="\(.*\)"/\1/' | grep . | sort)
 if [ -n "$regulated" ] && [ "$regulated" = "$tunable" ]; then pass; else fail "the regulation is what is tunable: $tunable"; fi
-# what a force cannot change at once: importers see no loop there
+# what a force cannot change at once: importers find no loop there
 finger=$(xmllint --xpath 'string(//Float64[@name="finger"]/@valueReference)' "$x")
 depends=$(xmllint --xpath "//ModelVariables/*[@valueReference = //Output[contains(concat(' ', @dependencies, ' '), ' $finger ')]/@valueReference]/@name" "$x")
 if [ "$(echo "$depends" | tr -d ' \n')" = 'name="key_force"' ]; then pass; else fail "only the force of the motion follows the finger: $depends"; fi

@@ -1,6 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
-# test_formats.sh - `stein simulate --format`: NumPy and SciPy read what the CSV says, bit for bit.
+# test_formats.sh - `stein simulate --format`: NumPy and SciPy read the values of the CSV, bit for
+# bit.
 set -u
 . tests/claims.sh
 unset CC

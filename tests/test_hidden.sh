@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
-# test_hidden.sh - the blind tests: the scorer tells right from wrong; what is hidden in a few sets is
-# found by the whole program from the files alone. `make hidden` does it at length.
+# test_hidden.sh - the blind tests: the scorer separates right from wrong; what is hidden in a few
+# sets is found by the whole program from the files alone. `make hidden` does it at length.
 set -u
 . tests/claims.sh
 # scored CLAIM LINE: the last score has this line
@@ -184,8 +184,8 @@ scored "then there is no curve to compare" "compared 0"
 score "$dir/bump.json" "$dir/out"
 scored "which is wrong of a law that is one" "law_right 0"
 
-# ---- twins: planned, filmed in the world of the set, diagnosed again; with a program that says what
-# it is told to say in the place of stein
+# ---- twins: planned, filmed in the world of the set, diagnosed again; with a program that prints
+# given text in the place of stein
 mkdir "$dir/bench" "$dir/says"
 ln -s "$(cd "$B" && pwd)/reality" "$dir/bench/reality"
 cat >"$dir/bench/stein" <<END
@@ -216,7 +216,7 @@ planned() {
         "\"channel\": $3, \"frames_for_one\": 1}]}" >"$dir/says/plan.json"
 }
 cause() { echo "{\"kind\": \"$1\", \"place\": \"$2\"}"; }
-# made: the draw anew
+# made: the draw again
 made() {
     rm -rf "$dir"/twins/*/*.score "$dir/says/asked"
     twins run >"$dir/table" 2>"$dir/err"
@@ -246,7 +246,7 @@ rm "$dir/says/asked"
 twins run >"$dir/table" 2>"$dir/err"
 gone "a draw that is judged is not made again" "$dir/says/asked"
 
-# ---- results that are kept: a run goes on elsewhere
+# ---- results that are kept: a run continues in another folder
 kept() { twins "$@" --record "$dir/kept.csv"; }
 kept run >"$dir/out.txt" 2>"$dir/err"
 ok "results are kept" $?

@@ -12,7 +12,7 @@ same "those that were accepted (make golden accepts others)" "$dir/hash" tests/g
 sed 's/z = x \* x, half = 0.5 \* z, one = 1.0 - half/z = x * x * (1.0 + 0x1p-52), half = 0.5 * z, one = 1.0 - half/' src/core/elementary.h >"$dir/elementary.h"
 cmp -s "$dir/elementary.h" src/core/elementary.h
 ok "something was changed" $((! $?))
-# what takes sines itself; the rest as it is, where the archive needs nothing of its compiler's
+# what takes sines itself; the rest unchanged, if the archive needs no library of its compiler
 case ${B##*/} in
 *-*) cp src/core/*.c "$dir" && rest=$(echo "$B"/models/*.c) ;;
 *) cp src/core/elementary.c src/core/sim.c src/core/dynamics.c "$dir" && rest=$B/libstein.a ;;

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # test_install.sh - what a user of the installed library relies on: the README's program and the
 # examples compile and run against an installed tree, by pkg-config and by CMake, from C and from C++,
-# wherever the tree is moved; the shared libraries export the public names and nothing else;
-# uninstalling leaves nothing.
+# wherever the tree is moved; the shared libraries export only the public names; uninstalling leaves
+# nothing.
 set -u
 . tests/claims.sh
 
@@ -109,7 +109,7 @@ if command -v cmake >/dev/null 2>&1; then
     "$dir/cmake/lab" "$dir/moved/share/stein/models/stein1788.yaml" 2>&1 |
         grep -q '^struck, escapement'
     ok "lab of CMake judges a stroke" $?
-    # versions: 0.1 asks for what there is, 0.0 and 0.2 for something else
+    # versions: 0.1 is the installed one, 0.0 and 0.2 are not
     mkdir "$dir/v"
     for version in 0.1 0.1.0 0.0 0.2 1.0; do
         printf 'cmake_minimum_required(VERSION 3.13)\nproject(v NONE)\nfind_package(stein %s QUIET)\nmessage("found=${stein_FOUND}.")\n' \

@@ -99,7 +99,7 @@ done >"$dir/both"
 test "$(echo "$headers" | wc -l)" -gt 50 && test ! -s "$dir/both"
 ok "headers are included where they say ($(tr '\n' ' ' <"$dir/both"))" $?
 
-# the core neither prints nor reads files, and has no number of its own that a run could change
+# the core neither prints nor reads files, and has no global variable
 needed src/core >"$dir/wanted"
 grep -xE 'printf|fprintf|fopen|fread|fwrite|fputs|puts|stdout|stderr|getenv|setlocale|exit|abort' "$dir/wanted" >"$dir/both"
 test ! -s "$dir/both"

@@ -1,8 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
-# test_manual.sh - the manual pages say what --help says and are set without a complaint, every public
-# function has one; the completions of bash, zsh and fish know every command, every option, and the
-# names of the numbers of a file.
+# test_manual.sh - the manual pages have the text of --help and are formatted without warnings;
+# every public function has one; the completions of bash, zsh and fish contain every command, every
+# option, and the names of the numbers of a file.
 set -u
 . tests/claims.sh
 
@@ -66,7 +66,7 @@ for f in stein_step lab_diagnose stein_normal_force; do
     ok "$f is where its page leads" $?
 done
 sed 's/\\e/\\/g; s/\\-/-/g' "$B/man/stein_sim.h.3" >"$dir/page"
-for t in 'One step of dt, split at located events. On ENONFINITE, ESINGULAR or ECHATTER the state is kept' \
+for t in 'One step of dt, split at located events. On ENONFINITE, ESINGULAR or ECHATTER the state is that' \
     'ESTALE (the equations' 'double tolerance; /\* of a step' 'Link with \\fI-lstein\\fR'; do
     grep -q "$t" "$dir/page"
     ok "stein_sim.h(3) has: $t" $?

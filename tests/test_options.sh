@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
-# test_options.sh - options that are seldom used, and every way to use them wrongly: one line that
-# says what was expected, and exit code 2 before anything is computed or written.
+# test_options.sh - options that are seldom used, and every way to use them wrongly: one line with
+# the expected value, and exit code 2 before anything is computed or written.
 set -u
 . tests/claims.sh
 action=models/stein1788.yaml pendulum=models/pendulum.yaml data=models/strokes/stroke_01.csv
@@ -30,9 +30,9 @@ sets=$(i=0; while [ $i -lt 300 ]; do printf '%s ' --set=rod.mass=200g; i=$((i + 
 # shellcheck disable=SC2086
 misuse 'more than [0-9]* --set' simulate $pendulum $sets
 
-misuse 'what is to be fitted? expected --free' fit $action $data
+misuse 'which numbers are to be fitted? expected --free' fit $action $data
 misuse 'free ,: expected names separated by commas' fit $action $data --free ,
-misuse 'free qqqqqqqq: no such parameter in "stein1788" (a number that is 0 in the file is not in its equations: --set qqqqqqqq=... brings it in)' \
+misuse 'free qqqqqqqq: no such parameter in "stein1788" (a number that is 0 in the file is not in its equations: --set qqqqqqqq=... adds it)' \
     fit $action $data --free qqqqqqqq
 misuse 'free key.mass,: expected names separated by commas' fit $action $data --free key.mass,
 misuse 'profile ,: expected names separated by commas, or flagged' fit $action $data --free key.mass --profile ,

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_outside.c - the laws that are in no table of effects (tests/reality/outside.c): they are
- * what they say, they are no sum of what the table has, the sealed answer has them where the
- * strokes go; and strokes that somebody asks for are made in the same world.
+ * test_outside.c - the laws that are in no table of effects (tests/reality/outside.c): they agree
+ * with their formulas, they are no sum of effects of the table, the sealed answer has them in the
+ * range of the strokes; and requested strokes are made in the same world.
  */
 #include <gsl/gsl_multifit.h>
 
@@ -271,7 +271,7 @@ START_TEST(no_sum_of_known_laws_is_one_of_these)
 }
 END_TEST
 
-/* ---- strokes that somebody asks for ---- */
+/* ---- requested strokes ---- */
 
 /* mean of a column over the last hundred frames, less that before the release */
 static double travel(const char *path, int column)
@@ -325,7 +325,7 @@ START_TEST(further_strokes_are_made_in_the_same_world)
 }
 END_TEST
 
-START_TEST(what_this_laboratory_has_not_is_refused)
+START_TEST(an_instrument_that_the_laboratory_lacks_is_refused)
 {
     static const char *const asked[] = {"--set hammer.colour=3",  "--set hammer.mass=heavy",
                                         "--drive pedal,rise,1,1", "--drive finger,swing,1,0.1",
@@ -371,7 +371,7 @@ Suite *outside_suite(void)
     tcase_add_test(tc, a_relaxing_felt_is_the_same_in_the_core);
     tcase_add_test(tc, no_sum_of_known_laws_is_one_of_these);
     tcase_add_test(tc, further_strokes_are_made_in_the_same_world);
-    tcase_add_test(tc, what_this_laboratory_has_not_is_refused);
+    tcase_add_test(tc, an_instrument_that_the_laboratory_lacks_is_refused);
     tcase_add_test(tc, sets_of_twins_are_made_of_one_stroke);
     suite_add_tcase(suite, tc);
     return suite;

@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
 # test_page.sh - stein page: the command, the page without a browser (nodejs), the page in a browser
-# (chromium). What is not installed is told and left out; `make deps-page` installs it.
+# (chromium). Missing programs are reported and their tests left out; `make deps-page` installs it.
 set -u
 . tests/claims.sh
 XDG_CACHE_HOME=$dir/cache # its own
@@ -72,7 +72,7 @@ if [ -n "$node" ]; then
     counted "$dir/log"
 fi
 
-# ---- in a browser; what a sanitizer has to say about `stein` is said above
+# ---- in a browser; sanitizer messages about `stein` are above
 case $B in
 *san) ;;
 *)

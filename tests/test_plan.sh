@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
 # test_plan.sh - stein plan: from strokes over a diagnosis with a rival to the stroke that separates
-# them, whose file can be simulated and diagnosed; what is wrong with a diagnosis.json is told with
+# them, whose file can be simulated and diagnosed; errors of a diagnosis.json are reported with
 # file, line and field; exit codes; files appear whole.
 set -u
 . tests/claims.sh
@@ -38,7 +38,7 @@ film() {
 for k in 1 2 3 4 5 6; do film "$dir/s$k.csv" $k "0.2 rad"; done
 claim 0 "a diagnosis of strokes at one angle" "$stein" diagnose "$model" "$dir"/s?.csv -o "$dir/o"
 cause=$(sed -n 's/^cause: \([a-z_]*\).*/\1/p' "$dir/out") # any of the two
-shows "has a rival" 'cannot tell it from' "$dir/out"
+shows "has a rival" 'cannot separate it from' "$dir/out"
 shows "and the next experiment" '"experiment": "wheel.initial.position = 100 mrad"' "$dir/o/diagnosis.json"
 diagnosis=$dir/o/diagnosis.json
 
@@ -75,12 +75,12 @@ shows "the stroke says its settings" '^# set wheel.initial.position: 0.1 rad' "$
 claim 0 "the prediction is a stroke for the diagnosis" "$stein" diagnose "$model" "$dir"/s[1-4].csv \
     "$dir/p/next_stroke.csv" --held-out "$dir/s5.csv","$dir/s6.csv" -o "$dir/o2"
 shows "which then is sure" "^cause: $cause at wheel" "$dir/out"
-if grep -q 'cannot tell it from' "$dir/out"; then fail "and has no rival"; else pass; fi
+if grep -q 'cannot separate it from' "$dir/out"; then fail "and has no rival"; else pass; fi
 film "$dir/made.csv" 7 "0.4 rad"
 claim 0 "made with what is really there" "$stein" diagnose "$model" "$dir"/s[1-4].csv \
     "$dir/made.csv" --held-out "$dir/s5.csv","$dir/s6.csv" -o "$dir/o3"
 shows "it names that" '^cause: quadratic_drag at wheel' "$dir/out"
-if grep -q 'cannot tell it from' "$dir/out"; then fail "and nothing else"; else pass; fi
+if grep -q 'cannot separate it from' "$dir/out"; then fail "and nothing else"; else pass; fi
 claim 0 "the settings can be simulated" "$stein" simulate "$model" --set 'wheel.initial.position=0.4 rad'
 printf 'time [s],turn [rad]\n0,0\n0.1,0.01\n0.2,0.1\n0.3,0.2\n0.4,0.2\n0.7,0.2\n' >"$dir/drive.csv"
 claim 0 "a driven input, too" "$stein" simulate "$model" --drive "$dir/drive.csv"
@@ -132,7 +132,7 @@ claim 1 "an absent file" "$stein" plan "$model" "$dir/absent.json"
 says "is named" 'absent.json'
 sed -e '/"indistinguishable": \[/,/^  \],/c\  "indistinguishable": [],' "$diagnosis" >"$dir/alone.json"
 claim 1 "a cause without rivals" "$stein" plan "$model" "$dir/alone.json"
-says "leaves nothing to tell apart" 'nothing to tell apart'
+says "leaves nothing to separate" 'nothing to separate'
 claim 1 "the diagnosis of another mechanism" "$stein" plan models/stein1788.yaml "$diagnosis"
 says "is told" 'another mechanism'
 

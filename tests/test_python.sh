@@ -18,7 +18,7 @@ code=$?
 [ $code -eq 0 ] || cat "$dir/log"
 ok "tests/python" $code
 
-# the limited API, and no name of the library that others would see
+# the limited API, and no exported name of the library
 nm -D --defined-only "$B/python/stein/_stein.abi3.so" | grep -v ' PyInit__stein$' >"$dir/names"
 test ! -s "$dir/names"
 ok "the module exports nothing but itself ($(tr '\n' ' ' <"$dir/names"))" $?

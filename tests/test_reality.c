@@ -34,7 +34,7 @@ typedef struct touch {
     double zero, size, time;
 } touch;
 
-/* the touch of the driven strokes, written anew: 10 s^3 - 15 s^4 + 6 s^5 */
+/* the touch of the driven strokes, written independently: 10 s^3 - 15 s^4 + 6 s^5 */
 static void smooth_rise(void *ctx, double t, double u[3])
 {
     const touch *k = ctx;
@@ -192,7 +192,7 @@ static void check_level(const char *kind, const char *place, const char *level, 
            dense);
     ck_assert_ptr_nonnull(strstr(answer, kind));
     ck_assert_ptr_nonnull(strstr(answer, "\"met\": true"));
-    ck_assert_close(reached, target, 0.1, 0.0); // as near as it is asked for
+    ck_assert_close(reached, target, 0.1, 0.0); // within the tolerance
     ck_assert_close(dense, reached, 0.03, 0.0);
     free(answer);
 }

@@ -1,7 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
-# test_realtime.sh - what the core asks from outside, name by name, and whether two threads may meet
-# in it.
+# test_realtime.sh - external names of the core, one by one, and races between two threads in it.
 set -u
 . tests/claims.sh
 
@@ -52,7 +51,7 @@ if ${CC:-cc} $tsan "$dir/t.c" -o "$dir/t" -pthread 2>/dev/null && "$dir/t" 2>/de
     ok "the core is built with the thread sanitizer ($(head -n 1 "$dir/log"))" $?
     TSAN_OPTIONS=halt_on_error=1 "$dir/handover" >"$dir/out" 2>"$dir/log"
     ok "parameters of another thread race with nothing: $(cat "$dir/out"; grep -m 1 WARNING "$dir/log")" $?
-    found=1 # the sanitizer forgets: where one thread runs long before the other it may see nothing
+    found=1 # the sanitizer forgets: where one thread runs long before the other it may detect nothing
     for attempt in 1 2 3 4 5; do
         TSAN_OPTIONS=halt_on_error=1 "$dir/handover" racy >"$dir/out" 2>"$dir/log" && continue
         grep -q 'data race' "$dir/log" && found=0 && break

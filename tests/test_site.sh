@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
-# test_site.sh - make docs: every document is a page, every link of every page leads to a file and an
-# anchor of the site.
+# test_site.sh - make docs: every document is a page; the target of every link exists in the site,
+# file and anchor.
 set -u
 . tests/claims.sh
 

@@ -16,7 +16,7 @@ claim 0 "a folder that a shell has to quote" "$stein" new "$dir/two words/swing"
 shows "is left out of the commands" "^#  .*  $stein check swing.yaml\$" "$dir/two words/swing.yaml"
 if grep -q 'NAME\|FILE\|PROGRAM' "$dir/swing.yaml"; then fail "nothing is left to be named"; else pass; fi
 claim 1 "a file that is there stays" "$stein" new "$dir/swing.yaml"
-says "and it is told" 'is there already'
+says "and it is told" 'exists already'
 claim 2 "a name that no mechanism can have" "$stein" new "$dir/7 swings"
 says "is told" 'expected a letter'
 gone "nothing is written" "$dir/7 swings.yaml"
@@ -76,7 +76,7 @@ claim 2 "one thing for standard output" "$stein" show "$dir/swing.yaml" --json
 claim 1 "a drawing that cannot be written" "$stein" show "$dir/swing.yaml" -o "$dir/none/a.svg"
 
 # ---- a mistake is shown in its line
-# points TEXT SED LINE CARET: the starter with an edit; line and caret as they are printed
+# points TEXT SED LINE CARET: the starter with an edit; line and caret in the printed form
 points() {
     sed "$2" "$dir/swing.yaml" >"$dir/bad.yaml"
     claim 1 "$1" "$stein" check "$dir/bad.yaml"
@@ -114,7 +114,7 @@ kill $watcher 2>/dev/null
 wait $watcher 2>/dev/null
 claim 1 "a file that is not there cannot be watched" "$stein" check "$dir/absent.yaml" --watch
 
-# ---- docs/first-diagnosis.md: its commands one after the other, and what it says that they print
+# ---- docs/first-diagnosis.md: its commands one after the other, with the output that it shows
 tutorial=docs/first-diagnosis.md work=$dir/first
 : >"$dir/printed"
 sed -n 's/^    \(build\/stein\|mkdir\) /\1 /p' $tutorial >"$dir/commands"

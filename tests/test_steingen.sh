@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
-# test_steingen.sh - the program that writes equations: where they go, what it is told to change, and
-# one line with an exit code for every way to ask it wrongly.
+# test_steingen.sh - the program that writes equations: output file, overrides, and one line with an
+# exit code for every misuse.
 set -u
 . tests/claims.sh
 gen=$B/steingen

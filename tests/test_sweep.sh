@@ -26,7 +26,7 @@ claim 0 "a sweep on four threads" sweep -j 4 -o "$dir/threads.csv"
 same "threads leave no trace" "$dir/serial.csv" "$dir/threads.csv"
 claim 0 "a sweep to standard output" sweep
 same "the table is the same there" "$dir/serial.csv" "$dir/out"
-# the head says how it was computed
+# the head states the computation
 shows "with steps of controlled error" '^# tolerance string_distance: 1e-07 m$' "$dir/serial.csv"
 claim 0 "a sweep with fixed steps" "$stein" sweep $model --vary pawl.stop_shift=-0.1,0mm --until 5ms --fixed
 shows "says so" '^# integrator: rk4$'
@@ -119,7 +119,7 @@ says "a full disk is told" 'full cannot be written: '
 claim 0 "and when there is room again" sweep --journal "$dir/full" -o "$dir/resumed.csv"
 same "the sweep goes on" "$dir/serial.csv" "$dir/resumed.csv"
 
-# ---- what cannot be written is told in one line
+# ---- a file that cannot be written is reported in one line
 short() {
     "$stein" sweep $model --vary pawl.stop_shift=-1:0:2mm --until 1ms --release 1ms "$@"
 }

@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
-# test_world.sh - the independent simulator of tests/world and `stein simulate` say the same of every
-# mechanism, with and without effects in it; its sets are those that `make hidden WORLD=any` needs.
+# test_world.sh - the independent simulator of tests/world and `stein simulate` agree on every
+# mechanism, with and without effects; its sets are those that `make hidden WORLD=any` needs.
 set -u
 . tests/claims.sh
 world=$B/world
@@ -27,7 +27,7 @@ for name in $("$world" list); do
     ok "$name moves as in stein simulate: $(tr '\n' ' ' <"$dir/$name/apart")" $?
 done
 
-# ---- the laws of effects are those of the table, under the names that it has
+# ---- the laws of effects agree with the table, under its names
 # laws MECHANISM LIMIT [STEP]: every STEP-th of its effects
 laws() {
     "$stein" effects "$dir/$1/model.yaml" --json >"$dir/table.json" 2>"$dir/err"
@@ -91,7 +91,7 @@ diagnose)
 esac
 END
 chmod +x "$dir/bench/stein"
-# judged VERDICT STATUS LEVEL: one draw, with a program that says so
+# judged VERDICT STATUS LEVEL: one draw, with a program that prints so
 judged() {
     echo "{\"verdict\": \"$1\", \"causes\": [], \"indistinguishable\": []}" >"$dir/verdict.json"
     echo "$2" >"$dir/status"

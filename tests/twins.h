@@ -13,7 +13,7 @@
 
 enum { PLACES = 11, MAX_EVENTS = 2000, MAX_STATE = 4096 };
 
-/* what a subscriber hears, as numbers */
+/* events of a subscriber, as numbers */
 typedef struct heard {
     int n;
     stein_event event[MAX_EVENTS];

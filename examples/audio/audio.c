@@ -3,16 +3,15 @@
  *
  *   audio [--sandbox] out.wav
  *
- * A step is four samples: escapement 0.03 mm and peak force 2 % off those of short steps, and there
- * is time for all 61 keys to move at once. Keys at rest cost nothing.
+ * A step is four samples: escapement 0.03 mm and peak force 2 % off the values of short steps, and
+ * there is time for all 61 keys to move at once. Keys at rest cost nothing.
  *
  * A step that fails (ECHATTER, ENONFINITE) is counted, and its action begins again at rest.
  *
  * The callback steps every action that is awake, hands the force of each head to its string, and
  * adds up the strings. It allocates nothing, waits for nothing and makes no system call: with
  * --sandbox the process is killed for one. A host (JACK, LV2, a plugin) would call it; here a
- * driver plays a piece and tells the load, processor time of a block over the 1.33 ms that it
- * sounds.
+ * driver plays a piece and prints the load, processor time of a block over its duration of 1.33 ms.
  */
 #define _DEFAULT_SOURCE
 #include <fcntl.h>

@@ -5,12 +5,12 @@
  *   haptic [--live] [motion.csv] > felt.csv
  *
  * motion.csv has the columns time [s] and key angle [rad], one row a millisecond; without it a
- * stroke is made up. With --live a tick is a real millisecond, as a motor would have it; without it
+ * stroke is made up. With --live a tick is a real millisecond, as for a motor; without it
  * the loop runs as fast as it can. Times of the ticks go to standard error.
  *
  * A measured angle jumps from tick to tick, and a motion that is prescribed needs a speed and an
- * acceleration: the key follows each sample like a critically damped oscillator of 60 Hz, whose
- * motion within a tick is known in closed form.
+ * acceleration: the key follows each sample like a critically damped oscillator of 60 Hz; its
+ * motion within a tick has a closed form.
  */
 #define _POSIX_C_SOURCE 200809L
 #include <math.h>
@@ -24,7 +24,7 @@
 enum { TICKS = 20000 };
 static const double tick = 1e-3, follow = 2.0 * 3.14159265358979 * 60.0; /* [s], [rad/s] */
 
-/* where the key is going to: at `t0` it was at y with speed v, the sample says x */
+/* where the key is going to: at `t0` it was at y with speed v; the sample is x */
 typedef struct follower {
     double t0, y, v, x;
 } follower;

@@ -3,7 +3,7 @@
 # # A machine axis
 #
 # A carriage on a ball screw: its measured position prescribes the motion, and the force that this
-# needs is compared with the measured one. The mechanism file knows nothing but a mass of 95.1 kg, as
+# needs is compared with the measured one. The mechanism file contains only a mass of 95.1 kg, as
 # for the benchmark EMPS (Janot, Gautier & Brunot 2019). What does it lack?
 
 # %%

@@ -2,9 +2,9 @@
 # %% [markdown]
 # # Diagnose a pendulum
 #
-# Six swings of a pendulum are measured, each let go from further out. The mechanism file knows a
-# viscous damping; what the swings really had is a drag with the square of the speed. Which effect
-# does the simulation lack?
+# Six swings of a pendulum are measured, each let go from further out. The mechanism file contains a
+# viscous damping; the swings have a drag with the square of the speed. Which effect does the
+# simulation lack?
 
 # %%
 import os
@@ -43,7 +43,7 @@ print(fit, f"\nchi2/dof {fit.chi2_dof:.4g}")
 assert fit.status == "misfit"
 
 # %% [markdown]
-# The cause, its size with an interval, what else fits as well. A notebook shows the report here.
+# The cause, its size with an interval, its rivals. A notebook shows the report here.
 
 # %%
 diagnosis = stein.diagnose(pendulum, records)
@@ -54,7 +54,7 @@ assert [cause["kind"] for cause in diagnosis.causes] == ["quadratic_drag"]
 diagnosis
 
 # %% [markdown]
-# The mechanism with the cause in it predicts a swing that nobody has measured.
+# The mechanism with the cause in it predicts a swing that was not measured.
 
 # %%
 better = diagnosis.extended

@@ -17,7 +17,7 @@ action = stein.load(f"{models}/stein1788.yaml")
 print(action)
 
 # %% [markdown]
-# One stroke, as the file has it: what happened, and the head's way to the string.
+# One stroke with the file's numbers: its results, and the head's way to the string.
 
 # %%
 stroke = action.strike()

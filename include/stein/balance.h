@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: MIT
  * balance.h - where the energy of a motion comes from and goes to, worked out while it goes on.
  *
- *      E(t) - E(0) = work of inputs + work of laws + what the steps add or take by their errors
+ *      E(t) - E(0) = work of inputs + work of laws + error of the steps
  *
  * E is kinetic energy and potential energy of gravity (stein_energy). The power of every force is
  * integrated over each step by Gauss's rule with three nodes on the step's dense output (order 6, 4
- * in implicit ones), with the contacts of the step. A law's force is divided: what it is with all
- * speeds 0 is elastic, its work is stored; the rest is dissipated, and its work negative. What no
- * rule explains is the error of the steps: it is 0 for an exact solution.
+ * in implicit ones), with the contacts of the step. A law's force has two parts. Its value with all
+ * speeds 0 is the elastic part, whose work is stored. The work of the rest is dissipated. The
+ * remaining difference is the error of the steps: it is 0 for an exact solution.
  *
  *      stein_balance_create(&b, model, NULL, &err);
  *      stein_balance_attach(b, sim, &err);
@@ -34,26 +34,27 @@ stein_status stein_balance_create(stein_balance **b, const stein_model *model,
                                   const stein_sim_def *def, stein_err *err);
 /** Release everything; the simulation goes on alone. NULL is fine. */
 void stein_balance_destroy(stein_balance *b);
-/** Count from the present state of a simulation on, all sums 0; with sim = NULL the sums stay and
- *  nothing is counted any more. One balance or sensitivity follows a simulation at a time: the
- *  one before gets off. @return OK; EINVAL (another model) */
+/** Count from the present state of a simulation on, all sums 0. With sim = NULL the sums stay and
+ *  counting ends. One balance or sensitivity follows a simulation at a time: an earlier one is
+ *  detached. @return OK; EINVAL (another model) */
 stein_status stein_balance_attach(stein_balance *b, stein_sim *sim, stein_err *err);
 
 /** Energies and works since a balance was attached [J]. */
 typedef struct stein_energy_total {
     double begin, now;  /* E when it was attached, and after the last step */
     double inputs;      /* work of forces and prescribed motions of all inputs */
-    double dissipated;  /* by all laws, mostly > 0: less than 0 where a law brings energy */
+    double dissipated;  /* by all laws, mostly > 0: less than 0 where a law adds energy */
     double stored;      /* in springs, links and contacts, against E when it was attached */
-    double other;       /* work of force hooks, and of laws that are not told apart */
+    double other;       /* work of force hooks, and of laws without a count of their own */
     double taken;       /* out of the mechanism between steps: a load lifted, a state set */
     double unexplained; /* now - begin - inputs + dissipated + stored - other + taken */
-    double scale;       /* what there was to keep: largest of the peak of the kinetic energy, of the
-                         * sums of |work| of the inputs and of dissipation */
+    double scale; /* reference energy: the largest of the peak kinetic energy, the sum of |work| of
+                     the inputs and that of dissipation */
 } stein_energy_total;
 void stein_balance_total(const stein_balance *b, stein_energy_total *total);
 
-/** What did the work, with the number of elements: inputs [ninput]; damping and friction of joints
+/** Kind of an element that does work, with the number of elements: inputs [ninput]; damping and
+ * friction of joints
  *  [nq]; contacts and notches, along the normal and by friction [ncontact + nnotch]; damping of
  * links [nlink]. */
 typedef enum {

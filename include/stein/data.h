@@ -14,14 +14,14 @@
  *      0,39.23
  *      0.25,                                  an empty cell: a missing sample
  *
- * As other programs write it: titles `name [unit]`, `name (unit)`, `name_unit` or `name` (SI, which
- * the audit tells); commas, semicolons or tabs between cells, with the latter two also decimal
- * commas; an index without a name in front of the time; the titles in the last "#" line. Angles
- * that stay within one turn and jump are made continuous.
+ * Forms of other programs are read too. Titles: `name [unit]`, `name (unit)`, `name_unit` or `name`
+ * (SI; the audit reports it). Separators: commas, semicolons or tabs, with the latter two also
+ * decimal commas. An index without a name may precede the time; the titles may be in the last "#"
+ * line. Angles that stay within one turn and jump are made continuous.
  *
  * All problems of a file are reported, "file:line:column: ...", and a file with problems gives no
- * data. What is merely doubtful (gaps, saturation, a trigger that does not fit) is a finding of the
- * audit. Everything is SI after reading.
+ * data. Doubtful data (gaps, saturation, a trigger that does not fit) are findings of the audit.
+ * Everything is SI after reading.
  */
 #ifndef STEIN_DATA_H
 #define STEIN_DATA_H
@@ -34,8 +34,8 @@ extern "C" {
 
 /* ---- reading ---- */
 
-/** What a column holds: samples of an output or of an input at the times of the rows, or the times
- *  themselves at which a contact or notch closes or opens. */
+/** Contents of a column: samples of an output or input at the times of the rows, or times at which
+ *  a contact or notch closes or opens. */
 typedef enum { LAB_OUTPUT, LAB_INPUT, LAB_EVENT_TIMES } lab_role;
 
 /** Which events: those that close the place, those that open it. */
@@ -49,13 +49,13 @@ typedef enum {
 } lab_trigger;
 
 /** One measured channel. A name that is an input and an output of the model is an input. Times of
- *  events are not at the times of the rows: value[i] is when the i-th one was, and unit is "s". */
+ *  events do not belong to rows: value[i] is the time of the i-th event, and unit is "s". */
 typedef struct lab_column {
     const char *name, *unit; /* of the model, SI */
     lab_role role;
     lab_events events;            /* of LAB_EVENT_TIMES */
     int index;                    /* channel or input of the model */
-    int contact, notch;           /* of LAB_EVENT_TIMES the place that it is of; -1: the other */
+    int contact, notch;           /* place of LAB_EVENT_TIMES; the other one is -1 */
     const double *value;          /* [nrow] [unit], NAN where missing */
     const unsigned char *present; /* [nrow] 0 where missing */
     int samples;                  /* present ones; of events the first ones */
@@ -73,15 +73,14 @@ typedef struct lab_setting {
     int param;    /* of the model */
     double value; /* [SI] */
     int line, column;
-    int last_word; /* 1: known, an instrument, or a part that was taken off: no effect acts on top
-                      of it */
-    double step;   /* one of its last digit, as it is written [SI]: "20 deg" was not 20.4 deg */
+    int last_word; /* 1: known, an instrument, or a part that was taken off: no effect acts on it */
+    double step;   /* unit of its last written digit [SI]: "20 deg" means 19.5 to 20.5 deg */
 } lab_setting;
 
 #define LAB_NOTE_WITHOUT "without"
 
-/** Any other `# name: value`; name is "" for a line without a colon. A part that was taken off and
- *  that the model does not have either is the note LAB_NOTE_WITHOUT with the name of its amount. */
+/** Any other `# name: value`; name is "" for a line without a colon. A part that was taken off, and
+ *  that the model lacks too, is the note LAB_NOTE_WITHOUT with the name of its amount. */
 typedef struct lab_note {
     const char *name, *value;
     int line;
@@ -99,11 +98,12 @@ typedef struct lab_data {
     const lab_note *note;
     lab_trigger trigger;
     unsigned long long hash; /* of the file's bytes */
-    int planned;             /* 1: it has not been made yet, values of its outputs mean nothing */
-    int time_unit_assumed;   /* 1: the title of the time states no unit, it was read as s */
-    int number;              /* in its dataset, in the order of the files, from 1; 0: of none */
-    const char *text;        /* that it was read from, lab_data_options.text; NULL: its file */
-    const char *passed_over; /* titles of columns that the model does not know; NULL: none */
+    int planned;           /* 1: the record is planned, not made: values of outputs mean nothing */
+    int time_unit_assumed; /* 1: the title of the time states no unit, it was read as s */
+    int number;            /* in its dataset, in the order of the files, from 1; 0: of none */
+    const char *text; /* its source text, lab_data_options.text; NULL: it was read from its file */
+    const char
+        *passed_over; /* titles of columns that are no output or input of the model; NULL: none */
     /* A long record may be cut into windows: `file` is "FILE, 1.2 s to 3.4 s" then */
     const char *source;       /* the file itself */
     int first_row, file_rows; /* of the file's rows: the first one here, from 0; all of them */
@@ -118,8 +118,8 @@ typedef struct lab_data_options {
     const stein_model *model; /* must outlive the data */
     int min_samples;          /* of every column, but one time of events; default 4 */
     int inputs_only;          /* 1: only columns that are inputs count, any other is passed over */
-    /* what is in the files, if they are none on a disk; else NULL: [1], of lab_dataset_open [n].
-     * Their names are those in messages */
+    /* contents of the files, if they are not on a disk; else NULL: [1], of lab_dataset_open [n].
+     * The names of the files appear in messages */
     const char *const *text;
     lab_report_fn *report; /* is called with every problem; may be NULL */
     void *ctx;
@@ -135,11 +135,11 @@ stein_status lab_data_open(lab_data **data, const char *file, const lab_data_opt
 void lab_data_close(lab_data *data);
 /** Column by name; NULL when the file has none. */
 const lab_column *lab_data_column(const lab_data *data, const char *name);
-/** Was it played without a part that its model does not have either (LAB_NOTE_WITHOUT)?
+/** Was it made without a part that its model lacks too (LAB_NOTE_WITHOUT)?
  *  @param amount  of the part, "key_wire.k" */
 int lab_data_without(const lab_data *data, const char *amount);
-/** The stroke's parameters: p [np] holds values (the file of the model, a fit), those that the
- *  stroke sets are replaced. */
+/** Apply the stroke's settings: p [np] holds values (of the file, of a fit); values that the stroke
+ *  sets are replaced. */
 void lab_data_apply(const lab_data *data, double *p);
 
 /** Several strokes. */
@@ -162,12 +162,12 @@ typedef struct lab_span {
     double from, to;
 } lab_span;
 
-/** What the noise of a channel was estimated from. */
+/** Source of the noise estimate of a channel. */
 typedef enum {
     LAB_NOISE_REST,   /* the scatter while nothing moves */
-    LAB_NOISE_MOTION, /* what smooth motion leaves over */
-    LAB_NOISE_STEP,   /* less than a quantisation step can show: step / sqrt(12). Of times of
-                         events: their last digit or the interval of the rows, / sqrt(12) */
+    LAB_NOISE_MOTION, /* residual of a smooth motion */
+    LAB_NOISE_STEP, /* below the quantisation step: step / sqrt(12). Of times of events: their last
+                       digit or the interval of the rows, / sqrt(12) */
     LAB_NOISE_UNKNOWN /* too few samples: NAN */
 } lab_noise_source;
 
@@ -177,7 +177,7 @@ typedef struct lab_channel_audit {
     double missing;      /* share of rows without a sample */
     int longest_missing; /* rows in a row */
     double low, high;
-    double noise;           /* sd of one sample, to be used: that of `# noise`, or the estimate */
+    double noise;           /* sd of one sample, to be used: `# noise`, or the estimate */
     double noise_estimated; /* from the record alone, quantisation included */
     double noise_error;     /* relative sd of the estimate; NAN when unknown */
     lab_noise_source noise_from;
@@ -210,7 +210,7 @@ typedef struct lab_audit {
     double motion, motion_error; /* first motion of any of them [s], NAN when it is not seen */
     int trigger_fits;            /* 0: see the findings */
     int nfinding;
-    char **finding;             /* sentences about what does not fit or limits the fit */
+    char **finding;             /* sentences: contradictions, and limits of a fit */
     lab_channel_audit *channel; /* [ncolumn] */
 } lab_audit;
 
@@ -236,32 +236,32 @@ stein_status lab_data_rest(const lab_data *data, const lab_model *model, double 
 stein_status lab_data_check_rest(const lab_audit *audit, const double *expected,
                                  const double *tolerance, lab_report_fn *report, void *ctx,
                                  stein_err *err);
-/** Does every stroke move as its own settings say, compared with other values that a slip leads to
- *  and with the other strokes? Wrong numbers of the model do not matter. Each one that does not is
- *  reported, "file:line:column: ...".
+/** Compare every stroke with the motion at its own settings, at values that a slip of the pen leads
+ *  to, and with the other strokes. Wrong numbers of the model do not matter. Each stroke that
+ *  contradicts its settings is reported, "file:line:column: ...".
  *  @return OK, EPARSE, ENOMEM, numerical failures at the file's own values */
 stein_status lab_data_check_settings(const lab_dataset *data, const lab_model *model,
                                      lab_report_fn *report, void *ctx, stein_err *err);
 
-/* ---- are the records read as they were meant? ---- */
+/* ---- suspicions: misread records ---- */
 
-/** What is suspected of a record. */
+/** Kind of a suspicion. */
 typedef enum {
     LAB_DOUBT_SCALE,   /* a column, or all of one unit, in another unit than stated */
-    LAB_DOUBT_SIGN,    /* a column counts against the model */
+    LAB_DOUBT_SIGN,    /* a column has the opposite sign of the model */
     LAB_DOUBT_SWAPPED, /* two columns of one unit are exchanged */
     LAB_DOUBT_TIME,    /* the time is in another unit than stated */
     LAB_DOUBT_ALIEN    /* nothing explains this record, but all others are explained */
 } lab_doubt_kind;
 
-/** One suspicion. Columns are indices into those of the record. */
+/** One suspicion. Columns are indices into the columns of the record. */
 typedef struct lab_doubt {
     lab_doubt_kind kind;
-    int grave;         /* 1: as the data are read, no verdict about the mechanism can be trusted */
-    int stroke;        /* first record that it concerns */
+    int grave;  /* 1: with this reading of the data no verdict about the mechanism can be trusted */
+    int stroke; /* first record that it concerns */
     int records;       /* how many it concerns */
     int column, other; /* -1: none (time, all columns of a unit, the whole record) */
-    double factor;     /* of the numbers as they were read; 1: not a matter of scale */
+    double factor;     /* of the numbers read; 1: not a matter of scale */
     double off, then;  /* misfit of the affected channels as read, and with the other reading:
                           sd(y - h) / (sd(y) + sd(h)), 0 the same motion, 0.7 unrelated */
     char *text;        /* "file: column: what; what would fit" */

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * diagnose.h - what a simulation gets wrong: physical effects that a mechanism may lack, where each
- * could sit, and which of them measured strokes show. Part of libsteinlab.a.
+ * diagnose.h - diagnosis of a simulation: the physical effects that a mechanism may lack, their
+ * possible places, and those that measured strokes show. Part of libsteinlab.a.
  *
- * One table holds every kind of effect: its equation, what it looks like, the parameter that
+ * One table holds every kind of effect: its equation, its appearance in records, the parameter that
  * switches it on. A candidate is a kind at a place of one mechanism. All laws have all terms
- * (law.h), so most candidates are a parameter moved away from its neutral value, without new
+ * (law.h), so most candidates only move a parameter away from its neutral value and need no new
  * equations.
  */
 #ifndef STEIN_DIAGNOSE_H
@@ -39,7 +39,7 @@ typedef enum {
     LAB_MOVE_RELATIVE, /* v (1 + a) */
     LAB_MOVE_SCALE,    /* v exp(a), of all parameters alike */
     LAB_MOVE_SPRING,   /* k + a, and theta0 such that k theta0 stays: a torque -a q */
-    LAB_MOVE_VALUE     /* a itself: the number of a part that the mechanism has not */
+    LAB_MOVE_VALUE     /* a itself: the number of a part that the mechanism lacks */
 } lab_move;
 
 /** One kind of effect. */
@@ -48,14 +48,15 @@ typedef struct lab_effect {
     const char *cls;  /* missing_effect, wrong_parameter, sensor, input */
     lab_site site;
     const char *size;      /* name of its amount */
-    const char *parameter; /* path behind the place, "%.damping"; NULL with `needs` */
+    const char *parameter; /* path after the place, "%.damping"; NULL with `needs` */
     const char *side;      /* a second parameter that it needs, NULL: none; with `needs` its name */
     const char *equation, *looks;
-    const char *twins; /* kinds that data often cannot tell from it; "" none */
-    const char *needs; /* "structure": a part or a freedom more (lab_candidate_open). NULL: nothing
+    const char *twins; /* kinds that data often cannot distinguish from it; "" none */
+    const char *needs; /* "structure": one more part or degree of freedom (lab_candidate_open).
+                        * NULL: nothing
                         */
     int both_signs;
-    int sampled; /* acts when channels are sampled, not in the motion */
+    int sampled; /* acts on the samples of channels, not on the motion */
 } lab_effect;
 
 /** The table; n out. Kinds are unique. */
@@ -64,12 +65,12 @@ const lab_effect *lab_effects(int *n);
 const lab_effect *lab_effect_find(const char *kind);
 /** Is its amount a compliance [rad/(N m) or m/N], of which 0 is rigid? */
 int lab_effect_is_compliance(const lab_effect *effect);
-/** Is it meant by a word: its kind, its class, its site ("joint", "channel" ...) or "all"? */
+/** Does a word select it: its kind, its class, its site ("joint", "channel" ...) or "all"? */
 int lab_effect_is(const lab_effect *effect, const char *word);
-/** What its amount is a share of, a path behind the place: "damping" of an asymmetry. Without that
- *  there is nothing to be a share of, and no candidate. NULL: it stands alone. */
+/** The number that its amount is a share of, a path after the place: "damping" of an asymmetry.
+ *  Where that number is absent there is no candidate. NULL: the amount is no share. */
 const char *lab_effect_share(const lab_effect *effect);
-/** What kinds have in common where data cannot tell them apart: "dissipation", "stiffness",
+/** Group of kinds that data often cannot separate: "dissipation", "stiffness",
  *  "inertia", "geometry", "contact", "drive", "sensor", "clock", "part", "setting". */
 const char *lab_effect_family(const lab_effect *effect);
 /** "joint", "body", "contact" ... */
@@ -80,9 +81,9 @@ enum { LAB_MOVED = 3, LAB_SIDES = 4, LAB_PLACE = 100 };
 /** A number of an effect beside its amount: a gap, a range, a damping ratio. */
 typedef struct lab_side {
     const char *name, *unit; /* NULL: there is none */
-    int param;               /* of the model; -1: none, or of a part that is not open yet */
-    double value, lo, hi;    /* to begin with, and its range */
-    int log;                 /* the range is one of factors */
+    int param;               /* of the model; -1: none, or of a part that has not been opened */
+    double value, lo, hi;    /* start value and range */
+    int log;                 /* the range is logarithmic */
 } lab_side;
 
 /** A kind of effect at a place of a mechanism. */
@@ -95,32 +96,32 @@ typedef struct lab_candidate {
     lab_side side[LAB_SIDES];
     double limit;       /* plausible largest amount */
     double start;       /* first secant, a share of the limit */
-    int joint, channel; /* that it sits at, -1: none */
-    /* records where it acts, by lab_data.number: in all of them (from 0), in one (until = from),
-     * from one on (until 0) */
+    int joint, channel; /* of its place, -1: none */
+    /* records in which it acts, by lab_data.number: all (from 0), one (until = from), from one on
+     * (until 0) */
     int from, until;
-    /* numbers of the file whose change is exactly this one, blanks between */
+    /* numbers of the file with exactly the same effect, separated by blanks */
     char alias[2 * LAB_PLACE];
 } lab_candidate;
 
 /** Does it act in the record of that number? */
 int lab_candidate_acts(const lab_candidate *candidate, int number);
-/** Where it acts in words: "", " of stroke 5", " from stroke 7 on". @return text */
+/** The records in which it acts, in words: "", " of stroke 5", " from stroke 7 on". @return text */
 const char *lab_candidate_scope(const lab_candidate *candidate, char text[LAB_PLACE]);
 
-/** All candidates of a mechanism, from its own structure. Limits follow from its weights, springs
- * and from one run with the file's own numbers. No two are the same direction: a number of the
- * file whose change is exactly an effect (the height of a felt is its gap) is that one's alias.
- * Effects with `needs` have no parameter yet (nparam 0): lab_candidate_open.
+/** All candidates of a mechanism, from its structure. Limits follow from its weights and springs
+ * and from one run with the file's own numbers. No two candidates have the same effect: a number of
+ * the file with exactly the same effect (the height of a felt and its gap) is an alias of the
+ * candidate. Effects with `needs` have no parameter before lab_candidate_open (nparam 0).
  *  @param list  out, freed by the caller with free()
  *  @return OK, ENOMEM, numerical failures of that run */
 stein_status lab_candidates(lab_candidate **list, int *n, const lab_model *model, stein_err *err);
-/** Move the parameters p [np] of the equations by an amount; 0 leaves them bit for bit. Of a part
- *  that means: as lab_candidate_open made it. A compliance towards 0, a force or stiffness of 0 is
- *  the mechanism without it. */
+/** Move the parameters p [np] of the equations by an amount; 0 leaves all bits. For a part, 0 is
+ *  the state after lab_candidate_open. The mechanism without the part is the limit of compliance 0,
+ *  or a force or stiffness of 0. */
 void lab_candidate_apply(const lab_candidate *candidate, double amount, double *p);
-/** May its amount be negative? What scales a number of the file may make it smaller; where that
- *  number is 0, it can but be added. */
+/** May its amount be negative? An effect that scales a number of the file may reduce it; where that
+ *  number is 0, it can only add. */
 int lab_candidate_is_signed(const lab_candidate *candidate);
 
 /** The mechanism in which an effect with `needs` can be simulated: the file's, with the part in
@@ -129,7 +130,7 @@ int lab_candidate_is_signed(const lab_candidate *candidate);
  *  amount is start * limit (a compliance) or 0. Without `needs`: the file itself.
  *  @param candidate  of the file; its parameters are bound to the new model's
  *  @param options    as for lab_open, NULL: defaults
- *  @return OK, EINVAL (it cannot sit there), or what lab_open returns */
+ *  @return OK, EINVAL (impossible place), or what lab_open returns */
 stein_status lab_candidate_open(lab_candidate *candidate, lab_model **model, const char *file,
                                 const lab_options *options, stein_err *err);
 /** Bind a candidate to the parameters of another model of the same mechanism, by kind and place.
@@ -138,55 +139,55 @@ stein_status lab_candidate_bind(lab_candidate *candidate, const lab_model *model
 
 /* ---- diagnosis ---- */
 
-/** What a diagnosis came to. */
+/** Result of a diagnosis. */
 typedef enum {
-    LAB_VERDICT_EXPLAINED,       /* nothing to find: the residual is noise and scatter */
-    LAB_VERDICT_WRONG_PARAMETER, /* a number of the file is another one */
+    LAB_VERDICT_EXPLAINED,       /* the residual is noise and scatter */
+    LAB_VERDICT_WRONG_PARAMETER, /* a number of the file is wrong */
     LAB_VERDICT_SENSOR,          /* an instrument */
-    LAB_VERDICT_INPUT,           /* what drives the mechanism is not what the record states */
-    LAB_VERDICT_MISSING_EFFECT,  /* physics that the file lacks */
-    LAB_VERDICT_UNKNOWN_EFFECT,  /* there is something, and no candidate explains it */
-    LAB_VERDICT_NOT_CONVERGED,   /* no fit to trust, so no verdict on physics */
-    LAB_VERDICT_UNUSABLE_MODEL   /* whatever is added, the model is far from the records */
+    LAB_VERDICT_INPUT,          /* the drive of the mechanism differs from the record's statement */
+    LAB_VERDICT_MISSING_EFFECT, /* physics that the file lacks */
+    LAB_VERDICT_UNKNOWN_EFFECT, /* more than noise is left, and no candidate explains it */
+    LAB_VERDICT_NOT_CONVERGED,  /* no fit converged, so there is no verdict on physics */
+    LAB_VERDICT_UNUSABLE_MODEL  /* the model is far from the records with every candidate */
 } lab_verdict;
 /** "explained", "wrong_parameter", "sensor", "input", "missing_effect", "unknown_effect",
  *  "not_converged", "unusable_model". */
 const char *lab_verdict_text(lab_verdict verdict);
 
-/** One number of a cause [SI] with its 95 % interval: Student's where strokes scatter by
- * themselves, because how much they do is known from no more than these strokes. The numbers of a
- * cause come from what of the strokes can be predicted; where one ends earlier the audit says so.
+/** One number of a cause [SI] with its 95 % interval: Student's t where strokes scatter, because
+ * the scatter is estimated from these strokes alone. The numbers of a cause come from the
+ * predictable part of the strokes; if that ends early the audit reports it.
  */
 typedef struct lab_cause_number {
-    char name[LAB_PLACE]; /* as lab_effect.size and .side name it: "T", "range" */
+    char name[LAB_PLACE]; /* from lab_effect.size and .side: "T", "range" */
     const char *unit;
     double value, sd, lo, hi;
 } lab_cause_number;
 
-/** Could it have been seen? */
+/** Evidence for or against a candidate. */
 typedef enum {
-    LAB_NOT_JUDGED,  /* no fit has converged */
-    LAB_PRESENT,     /* it is a cause */
-    LAB_WEAK,        /* plausible, but too weak to be named: something points to it or may hide */
-    LAB_ABSENT,      /* it would have been named at its plausible limit, and is not there */
-    LAB_NOT_TESTABLE /* these data say nothing about it */
+    LAB_NOT_JUDGED, /* no fit has converged */
+    LAB_PRESENT,    /* it is a cause */
+    LAB_WEAK, /* plausible, but too weak to be named: there is some evidence, or it may be hidden */
+    LAB_ABSENT,      /* it would have been named at its plausible limit, and was not */
+    LAB_NOT_TESTABLE /* these data have no information about it */
 } lab_presence;
 enum { LAB_PRESENCES = LAB_NOT_TESTABLE + 1 };
 /** "present", "weak", "absent", "not_testable"; NULL: not judged. */
 const char *lab_presence_text(lab_presence presence);
 
-/** What the data say about the amount of a candidate, all else refitted linearly at the accepted
- *  model; in the candidate's unit, NAN where there is nothing to say. */
+/** Estimate and detectability of a candidate's amount, all else refitted linearly at the accepted
+ *  model; in the candidate's unit, NAN where unknown. */
 typedef struct lab_power {
     lab_presence presence;
-    double amount, sd;   /* beside the causes, without a prior of its own */
-    double detectable;   /* an amount that would have been named with 95 % probability */
-    double upper;        /* 95 % upper limit of what is there */
+    double amount, sd;   /* beside the causes, without its prior */
+    double detectable;   /* least amount that would have been named with 95 % probability */
+    double upper;        /* 95 % upper limit of its true amount */
     const char *because; /* a reason in words; NULL: not judged */
 } lab_power;
 
-/** What is known of all numbers of a fit together, near its end: z is the logarithm of a number
- * that was fitted as one, else the number itself. */
+/** Joint distribution of all numbers of a fit, near its end: z is the logarithm of a number that
+ * was fitted as one, else the number itself. */
 typedef struct lab_posterior {
     int n;
     struct lab_uncertain {
@@ -204,23 +205,24 @@ typedef struct lab_suspect {
     double score;  /* predicted gain, all else refitted linearly; NAN: not testable */
     double amount; /* predicted, then fitted [candidate.unit] */
     int possible;  /* sign and size are physical */
-    int refitted;  /* 1: gain is that of a full fit */
+    int refitted;  /* 1: gain is from a full fit */
     double gain;   /* NAN unless refitted */
     int nnumber;   /* of a refitted one */
     lab_cause_number number[1 + LAB_SIDES];
     double chi2_dof; /* of the refit */
     double held_out; /* RMSE on held-out strokes over the noise; NAN unless refitted */
-    /* of one cause of several: held-out error with all over that without this one, all else
-     * refitted, with a 95 % bootstrap interval over strokes; else NAN */
+    /* of one cause of several: ratio of held-out errors with all causes and without this one, all
+     * else refitted, with a 95 % bootstrap interval over strokes; else NAN */
     double own_ratio, own_lo, own_hi;
-    double likeness; /* to the first one: |correlation| of what each changes, all else refitted */
-    const char *why; /* not testable, not possible: because ...; NULL */
-    lab_power power; /* could it have been seen? */
+    double likeness; /* |correlation| of its column with the first one's, all else refitted */
+    const char *why; /* reason, if not testable or not possible; NULL */
+    lab_power power; /* detectability */
     lab_posterior posterior; /* of causes and rivals; n 0: unknown */
     /* of a cause in a part of the records, by lab_data.number */
-    const char *file;      /* of the record that it acts in alone; NULL */
-    double stated;         /* the setting as that record states it [candidate.unit], NAN */
-    int after, after_most; /* it begins behind one of these records; equal: known; 0 */
+    const char *file; /* of the record that it acts in alone; NULL */
+    double stated;    /* the setting as that record states it [candidate.unit], NAN */
+    int after,
+        after_most; /* it begins after a record of this range; equal: exactly known; 0: none */
 } lab_suspect;
 
 /** Error on held-out strokes before and after the extension. */
@@ -242,7 +244,7 @@ typedef struct lab_trace {
     const char **phase;             /* of the stroke at each sample */
 } lab_trace;
 
-/** Where the unextended model departs: one row a channel or joint, and phase. */
+/** Departures of the unextended model: one row a channel or joint, and phase. */
 typedef struct lab_departure {
     const char *place, *unit; /* channel, or joint (then a force) */
     int is_force;
@@ -260,7 +262,7 @@ typedef struct lab_latent {
     double *t, *force, *sd; /* [n] */
 } lab_latent;
 
-/** What the strokes were like. */
+/** Ranges of the strokes. */
 typedef struct lab_used {
     char name[LAB_PLACE];
     const char *unit;
@@ -290,7 +292,7 @@ typedef struct lab_planned_set {
     double value; /* [SI] */
 } lab_planned_set;
 
-/** What an instrument is held against, or a thing of the mechanism is measured with. */
+/** The reference for an instrument, or the instrument for a number of the mechanism. */
 typedef enum {
     LAB_CHECK_LEVEL,    /* a plumb line: its tilt */
     LAB_CHECK_SCALE,    /* known values from 0 to `reach`: its gain and curvature */
@@ -302,7 +304,7 @@ typedef enum {
     LAB_CHECK_PRESS     /* known depths from 0 to `reach`: the slow force of a felt */
 } lab_check_by;
 enum { LAB_PLAN_CHECKS = 4, LAB_CHECK_VALUES = 11, LAB_CHECK_NUMBERS = 4 };
-/** An instrument or a thing of the mechanism by itself, without a stroke. What is found is stated
+/** A check of an instrument or of a number of the mechanism, without a stroke. Its result is stated
  *  in every file of a stroke, "# known NAME.sensor.tilt: 3 mrad". */
 typedef struct lab_check {
     lab_check_by by;
@@ -317,10 +319,10 @@ typedef struct lab_check {
     double reach; /* of a scale: largest value [its unit]; of a press: depth [m] */
 } lab_check;
 
-/** An experiment, and what it is worth (plan.h). */
+/** An experiment, and its value (plan.h). */
 typedef struct lab_experiment {
     char name[LAB_PLAN_TEXT]; /* in words */
-    char why[LAB_PLAN_TEXT];  /* what has to be done or is assumed; why it is impossible */
+    char why[LAB_PLAN_TEXT];  /* preparations and assumptions; or why it is impossible */
     int nset;
     lab_planned_set set[LAB_PLAN_SETS];
     char input[LAB_PLACE]; /* driven input, "": none */
@@ -331,20 +333,20 @@ typedef struct lab_experiment {
     int faster;              /* frames per frame so far */
     int ncheck;              /* > 0: it is no stroke, but checks */
     lab_check check[LAB_PLAN_CHECKS];
-    int feasible;      /* 0: it cannot be simulated */
-    double odds;       /* expected 2 ln of the odds that one stroke (or check) gives, whoever is
-                          right */
-    double odds_worst; /* what 9 of 10 strokes exceed; of k rivals all but one in 10 k */
-    int repeats;       /* strokes after which 9 of 10 times the odds wanted are reached against
-                          every rival, two at least; 0: more than can be asked for */
-    int all;           /* 1: also of every rival against every other, in 12 strokes at most */
-    double beyond; /* how many times as much as in the strokes so far, of all it changes: 1 within
-                      what they were, 2 twice the force, 5 that and a body 2.5 times as heavy */
-    int against;   /* suspect of the diagnosis that is hardest to tell from the cause */
+    int feasible; /* 0: it cannot be simulated */
+    double odds;  /* expected 2 ln of the odds from one stroke (or check), averaged over the true
+                     hypothesis */
+    double odds_worst; /* exceeded by 9 of 10 strokes; with k rivals by all but one in 10 k */
+    int repeats;   /* strokes after which 9 of 10 times the wanted odds are reached against every
+                      rival, at least two; 0: too many */
+    int all;       /* 1: also between all pairs of rivals, in 12 strokes at most */
+    double beyond; /* product of ratios to the present strokes, over all changes: 1 within their
+                      range, 2 twice the force, 5 with a body 2.5 times as heavy too */
+    int against;   /* candidate of the diagnosis that is hardest to separate from the cause */
 } lab_experiment;
 
-/** A law recovered from the strokes, as a curve with its 95 % band: what acts somewhere beside the
- *  laws of the file, as a function of the state there. A table of the extended file. */
+/** A law recovered from the strokes, as a curve with its 95 % band: a force beside the laws of the
+ *  file, as a function of one state at its place. It becomes a table of the extended file. */
 typedef struct lab_law {
     char place[LAB_PLACE]; /* body of the joint, contact or notch */
     const char *site;      /* "joint", "contact", "notch" */
@@ -355,30 +357,30 @@ typedef struct lab_law {
     int n;
     double *at, *value, *lo, *hi, *sd; /* [n] */
     int *seen;   /* [n] frames (of a contact: evaluations) nearer to this point than to others */
-    double gain; /* fall of -2 ln marginal likelihood against the fit without it */
+    double gain; /* fall of -2 ln marginal likelihood, relative to the fit without it */
     double chi2_dof, held_out; /* of the fit with it; RMSE on held-out strokes over the noise */
-    double share; /* of the misfit beyond noise that it takes away, on held-out strokes if any */
+    double share; /* explained share of the misfit beyond noise, on held-out strokes if any */
     int pays;     /* it explains enough of the misfit to be written into extended.yaml */
 } lab_law;
 
-/** What forces say about a verdict that was found from positions. */
+/** Result of the check by forces of a verdict that was found from positions. */
 typedef enum {
     LAB_MOTION_NOT_DONE,    /* it is impossible: lab_motion.why */
-    LAB_MOTION_SUPPORTS,    /* the same model is nearer to the forces, too */
-    LAB_MOTION_CONTRADICTS, /* the other one is, or a good part of what departs stays */
+    LAB_MOTION_SUPPORTS,    /* the same model is nearer to the forces as well */
+    LAB_MOTION_CONTRADICTS, /* the other model is nearer, or much of the departure remains */
     LAB_MOTION_CANNOT_TELL  /* noise of the measured motion hides it */
 } lab_motion_says;
 /** "not_done", "supports", "contradicts", "cannot_tell". */
 const char *lab_motion_text(lab_motion_says says);
 
-/** Errors under the measured motion: of the force that it needs, or of a channel that is free.
- *  Means over blocks of a few milliseconds. `noise` is what the same check shows of strokes made by
- *  the model itself with the noise of the data: noise of the position, how far it was smoothed. */
+/** Errors under the measured motion: of the required force, or of a channel that is not prescribed.
+ *  Means over blocks of a few milliseconds. `noise` is the result of the same check for simulated
+ *  strokes with the noise of the data: it contains position noise and the bias of smoothing. */
 typedef struct lab_motion_row {
     const char *channel;      /* NULL: the force */
     const char *unit, *phase; /* phase NULL: all */
     int samples;
-    double present;                          /* RMS of the force that was there; NAN of channels */
+    double present;                          /* RMS of the force that acted; NAN for channels */
     double before, after, noise;             /* RMS [unit]; after NAN without extension */
     double mean_before, mean_after, mean_sd; /* signed mean, and its sd by noise [unit] */
 } lab_motion_row;
@@ -388,37 +390,38 @@ typedef struct lab_motion_part {
     lab_motion_says says;
     double before, after;     /* RMS of error/sd; 1: noise alone */
     double z_before, z_after; /* excess over noise, as a normal deviate */
-    /* how much of what the extension changes is there: 0 as without it, 1 as with it, and its sd */
+    /* share of the extension's change that is present: 0 as without it, 1 as with it; and its sd */
     double share, share_sd;
 } lab_motion_part;
 
-/** The motion-driven check: a joint moves as it was measured, the rest is simulated, and the force
- *  that this needs is compared with the one that was there. It changes no verdict. */
+/** The motion-driven check: the measured motion is prescribed to a joint, the rest is simulated,
+ *  and the required force is compared with the force that acted. It changes no verdict. */
 typedef struct lab_motion {
     lab_motion_says says;
     char why[200];                            /* a phrase */
     const char *input, *joint, *force, *unit; /* of the motion, its joint, the output with its force
                                                */
-    const char *channel; /* that shows the motion; NULL: the strokes prescribe it themselves */
+    const char *channel; /* that measures the motion; NULL: the strokes prescribe it themselves */
     int strokes, held_out, draws;
     lab_motion_part of_force, of_channels, all;
     int nrow;
     lab_motion_row *row; /* the force, all and by phase; then channels */
     int n;               /* one stroke over time */
     const char *file;
-    double *t, *present, *before, *after, *sd; /* [n] force there, needed; sd of one frame */
+    double *t, *present, *before, *after,
+        *sd; /* [n] force that acted, required forces; sd of one frame */
 } lab_motion;
 
-/** extended.yaml read again as a file like any other: RMS residual that it leaves in the records it
- *  describes, a record's own start and scatter as fitted, and what the verdict's fit leaves. */
+/** extended.yaml read again as a file: its RMS residual in the records that it describes, with each
+ *  record's own start and scatter as fitted, and the RMS residual of the verdict's fit. */
 typedef struct lab_verified {
     int done, same;     /* same: to one percent */
     double table, file; /* [noise] */
 } lab_verified;
 
-/** One record: its RMS residual without and with the causes [noise]. The amount of the first
- * cause that fits it alone, all else as fitted [the cause's unit]; NAN: it does not act
- * there, or the record was not fitted. */
+/** One record: its RMS residual without and with the causes [noise]. `amount` is the amount of the
+ * first cause fitted to this record alone, all else as fitted [the cause's unit]; NAN: it does not
+ * act there, or the record was not fitted. */
 typedef struct lab_seen {
     int number; /* of lab_data */
     const char *file;
@@ -426,7 +429,7 @@ typedef struct lab_seen {
     double before, after, amount, sd;
 } lab_seen;
 
-/** A number that the records set by hand: what they were set to differs from what they say. */
+/** A setting that was made by hand: its true values differ from the stated ones. */
 enum { LAB_SETTINGS_OFF = 8 };
 typedef struct lab_setting_off {
     const char *name, *unit;
@@ -437,19 +440,19 @@ typedef struct lab_setting_off {
 typedef struct lab_diagnosis {
     lab_verdict verdict;
     char reason[800];  /* a few sentences */
-    const char *phase; /* where the found cause shows most; NULL without one */
+    const char *phase; /* phase in which the cause is largest; NULL without one */
     int nsuspect;
     lab_suspect *suspect; /* causes in the order they were found, rivals, then all others */
     int ncause;           /* suspect[0 .. ncause-1] are the causes, at most 3 */
-    int nrival;           /* the next nrival cannot be told from it */
-    double p;             /* family-wise probability of the best score where nothing is */
+    int nrival;           /* the next nrival cannot be separated from it */
+    double p;             /* family-wise probability of the best score without any effect */
     lab_gain gain;        /* all channels, in units of noise */
     int ngain;
     lab_gain *gains; /* by channel and phase */
     int nfit, nheld; /* strokes */
     int samples;
     lab_conditions conditions;
-    lab_experiment *next; /* tells the cause from its rivals best; NULL: nothing to tell apart */
+    lab_experiment *next; /* best separates the cause from its rivals; NULL: no rivals */
     double noise_floor;   /* RMSE that noise alone leaves, in units of noise: 1 */
     double chi2_dof_before, chi2_dof_after;
     double remainder; /* RMS residual of the best hypothesis [noise] */
@@ -457,7 +460,7 @@ typedef struct lab_diagnosis {
     lab_verified verified;
     int nrecord; /* all records in their order; 0: nothing was fitted */
     lab_seen *record;
-    int nsetting_off; /* where the verdict needs settings that are off by what their digits allow */
+    int nsetting_off; /* settings that the verdict requires to be off, within their digits */
     lab_setting_off setting_off[LAB_SETTINGS_OFF];
     double scatter[3]; /* sd of ln joint friction, ln contact friction, ln drive */
     int nvalue;        /* refitted parameters of the file, after the extension */
@@ -468,24 +471,24 @@ typedef struct lab_diagnosis {
     lab_trace *trace;
     lab_departure *departure;
     lab_latent *latent;
-    lab_law *law; /* with an unknown effect: the best first; law[0].pays: it is in the extension */
+    lab_law *law; /* with an unknown effect: best first; law[0].pays: it is in the extension */
     int nlaw;
-    lab_motion motion; /* the same asked of forces */
-    char *explanation; /* why a candidate is not the verdict; NULL: it was not asked for */
+    lab_motion motion; /* the check by forces */
+    char *explanation; /* why a candidate is not the verdict; NULL: not requested */
     int fits, strokes_simulated;
     double seconds;
-    lab_model **kept; /* mechanisms with parts, to which names and units belong */
+    lab_model **kept; /* mechanisms with parts, which own names and units */
     int nkept;
 } lab_diagnosis;
 
 /** How to diagnose. Start from lab_diagnose_def_default(). */
 typedef struct lab_diagnose_def {
-    const unsigned char *held_out; /* [strokes] 1: judge by it, do not fit to it; NULL: choose */
-    const char *const *free;       /* [nfree] to be refitted besides the numbers with a tolerance */
+    const unsigned char *held_out; /* [strokes] 1: reporting record, not fitted; NULL: chosen */
+    const char *const *free;       /* [nfree] refitted besides the numbers with a tolerance */
     int nfree;
-    const char *const *without; /* [nwithout] effects that are not asked for, as if in no table: */
+    const char *const *without; /* [nwithout] effects that are left out of the table: */
     int nwithout;               /* words of lab_effect_is */
-    double smooth; /* measured motions are taken as motion up to this frequency [Hz]; 0: chosen */
+    double smooth;              /* cut-off frequency of measured motions [Hz]; 0: chosen */
     int threads;
     long most_strokes;          /* budget of simulated strokes, 0: none */
     double most_seconds;        /* budget of time [s], 0: none */
@@ -507,15 +510,14 @@ lab_diagnose_def lab_diagnose_def_default(void);
 stein_status lab_diagnose(lab_diagnosis **out, const char *file, const lab_model *model,
                           const lab_dataset *data, const lab_diagnose_def *def, stein_err *err);
 void lab_diagnosis_destroy(lab_diagnosis *diagnosis);
-/** Is there something that an extended file would have and the file has not: a law, or a cause that
- *  is more than one record's own setting? */
+/** Does the extended file differ from the file: by a law, or by a cause that is not one record's
+ *  own setting? */
 int lab_diagnosis_extends(const lab_diagnosis *diagnosis);
 
-/** The mechanism file with the causes in it and the numbers refitted, comments kept, and a head
- * that says what was added and from which data. Its numbers are those of diagnosis->value, then of
- *  lab_candidate_apply with every cause's amount and its second and third number (of the list
- *  `number`, by name, else the candidate's own). So a number of the file that a cause moves stands
- * in `value`, if at all, as it is before that.
+/** Write the mechanism file with the causes and the refitted numbers. Comments are kept; a head
+ * states the additions and the data. Numbers come from diagnosis->value; then lab_candidate_apply
+ * acts with every cause's amount and its second and third number (from the list `number`, by name,
+ * else the candidate's own). So `value` holds a number that a cause moves without that cause.
  * With an unknown effect whose law pays: with that law as a table.
  *  @return OK, EIO, EPARSE, EINVAL (there is no cause; a number or part has no place in the file),
  *  ENOMEM, or what lab_open returns for the mechanism with its parts */

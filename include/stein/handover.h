@@ -9,13 +9,13 @@
  *   stein_step, stein_run, stein_run_adaptive, stein_set, stein_set_all, stein_read, stein_save,
  *   stein_restore, stein_reset and stein_handover_take allocate nothing, take no lock, make no
  *   system call and touch neither errno nor the locale; the number of their operations is bounded.
- *   A fixed step of RK4 evaluates 4 times, with two events or more at most 33 times;
- *   friction that sticks has 200 events a step located at most. What remains is whatever
- *   hooks and signals of one's own do.
+ *   A fixed step of RK4 needs 4 evaluations, with two or more events at most 33. With friction that
+ *   sticks at most 200 events a step are located. Hooks and signals of the user have to keep the
+ *   same rules.
  *
- *   Three slots of values are exchanged by one atomic operation on each side, so neither side
- * waits for the other. What is taken is always one whole set as published; older sets that were
- * not taken are dropped. One thread publishes, one takes; they may be the same.
+ *   Three slots of values are exchanged by one atomic operation on each side, so neither side waits
+ * for the other. A take always gets one whole published set; older sets that were not taken are
+ * dropped. One thread publishes, one takes; they may be the same.
  */
 #ifndef STEIN_HANDOVER_H
 #define STEIN_HANDOVER_H
@@ -38,23 +38,23 @@ void stein_handover_destroy(stein_handover *handover);
 
 /* ---- the side that publishes ---- */
 
-/** A parameter's wanted value [SI], in the own copy of this side. Parameters that were never set
- *  stay as they are in the simulation. @return OK, ENAME, EINVAL (out of its range) */
+/** A parameter's wanted value [SI], in this side's own copy. Parameters that were never set keep
+ *  their values in the simulation. @return OK, ENAME, EINVAL (out of its range) */
 stein_status stein_handover_set(stein_handover *handover, const char *name, double value,
                                 stein_err *err);
-/** How fast a parameter moves there: at most `rate` a second of simulated time [SI/s]. A surface
- *  that is moved at once while something presses on it gives or takes energy; moved slowly it is
- *  pushed like any other. INFINITY, the default: at once.
+/** How fast a parameter moves to it: at most `rate` a second of simulated time [SI/s]. A loaded
+ *  surface that jumps adds or removes energy; a surface that moves slowly does work instead.
+ *  INFINITY, the default: at once.
  *  @return OK, ENAME, EINVAL (not positive) */
 stein_status stein_handover_pace(stein_handover *handover, const char *name, double rate,
                                  stein_err *err);
-/** Hand over all values and paces as they are now. */
+/** Hand over all present values and paces. */
 void stein_handover_publish(stein_handover *handover);
 
 /* ---- the side that steps ---- */
 
-/** Between two steps: take what is new, and move parameters on their way by what their pace allows
- *  for the time since the last call.
+/** Between two steps: take the newest set, and move parameters by as much as their pace allows for
+ *  the time since the last call.
  *  @return 1 when parameters of the simulation have changed, else 0 */
 int stein_handover_take(stein_handover *handover, stein_sim *sim);
 

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * lab.h - the laboratory on top of the core: mechanism files, strokes, facts. libsteinlab.a.
  *
- * The lab uses files, memory and GSL as it pleases; the core below it does not. It reports like the
- * core: a status and a message, nothing printed, nothing exits.
+ * The lab uses files, heap memory and GSL; the core below it does not. It reports as the core does,
+ * by a status and a message: it never prints or exits.
  */
 #ifndef STEIN_LAB_H
 #define STEIN_LAB_H
@@ -18,14 +18,14 @@ extern "C" {
 /** A mechanism file, read, with its equations - built in, or generated, compiled and loaded. */
 typedef struct lab_model lab_model;
 
-/** Receives every problem of a file, "file:line:column: ...", and what takes a moment. */
+/** Receives every problem of a file, "file:line:column: ...", and notices of slow work. */
 typedef void lab_report_fn(void *ctx, const char *message);
 
-/** Long work asks again and again, from any of its threads, whether it shall stop. @return 0: go
- *  on; 1, from then on always: it ends with STEIN_ESTOPPED, and keeps nothing but its journal */
+/** Called repeatedly by long work, from any of its threads. @return 0: continue; 1, from then on
+ *  always: stop. The call then ends with STEIN_ESTOPPED and keeps only its journal */
 typedef int lab_stop_fn(void *ctx);
 
-/** Where equations come from and who is told. Start from lab_options_default(). */
+/** Source of the equations, and the receiver of messages. Start from lab_options_default(). */
 typedef struct lab_options {
     const char *const *set; /* "NAME=VALUE[unit]" overrides */
     int nset;
@@ -37,8 +37,8 @@ typedef struct lab_options {
 } lab_options;
 lab_options lab_options_default(void);
 
-/** Read a file and get its equations. A mechanism whose equations hash equals that of a built-in
- *  model uses those; any other is generated, compiled into the cache and loaded.
+/** Read a file and get its equations. A mechanism with the equations hash of a built-in model uses
+ *  the built-in equations. Other equations are generated, compiled into the cache and loaded.
  *  @return OK, EIO, EPARSE, ENOMEM, EGENERATE, ECOMPILE, ELOAD, ESTALE */
 stein_status lab_open(lab_model **out, const char *file, const lab_options *options,
                       stein_err *err);
@@ -52,13 +52,13 @@ const double *lab_parameters(const lab_model *model);
  *  @param def  NULL for the file's */
 stein_status lab_sim(const lab_model *model, const stein_sim_def *def, stein_sim **sim,
                      stein_err *err);
-/** Read a number as a mechanism file has it, "-0.3 mm".
- *  @param unit  SI, of what it is for ("m", "N m s/rad", "1"): a number without unit is in it
+/** Read a number in the form of a mechanism file, "-0.3 mm".
+ *  @param unit  the SI unit of the quantity ("m", "N m s/rad", "1"): a number without unit is in it
  *  @return OK, EINVAL (what was expected) */
 stein_status lab_quantity(double *value, const char *text, const char *unit, stein_err *err);
 /** The file's own step, integrator and allocator. */
 stein_sim_def lab_def(const lab_model *model);
-/** Duration the file asks for [s]. */
+/** Duration stated in the file [s]. */
 double lab_until(const lab_model *model);
 /** A generated expression as text that SymPy reads, over Symbol('hammer.mass'), Symbol('q.hammer').
  *  @param what  "M" [nq, nq], "c" [nq, 1], "Q" = M qdd + c [nq, 1], "T", "V" (kinetic, potential
@@ -69,18 +69,19 @@ stein_status lab_expressions(char **text, const lab_model *model, const char *wh
 
 /* ---- strokes ---- */
 
-/** Judged by the notch first, then by the string. */
+/** Decided by the notch first, then by the string. */
 typedef enum {
     LAB_STRUCK,        /* the hammer escaped (or has no notch) and the string was touched */
     LAB_MISSED_NOTCH,  /* the beak never touched roof or corner (phases 1 to 3) */
-    LAB_NO_ESCAPEMENT, /* it did, but never got out, whether or not the string was touched */
+    LAB_NO_ESCAPEMENT, /* the beak was caught but never escaped, whether or not the string was
+                          touched */
     LAB_NO_IMPACT      /* the string was never touched */
 } lab_outcome;
 /** "struck", "missed_notch", "no_escapement", "no_impact". */
 const char *lab_outcome_text(lab_outcome outcome);
 
-/** What happened in one stroke [SI]. Times count from the release of the load, i.e. from the state
- *  lab_strike was given. Without the event a time, height or speed is NAN. */
+/** Results of one stroke [SI]. Times count from the release of the load, which is the initial
+ *  state of lab_strike. Without the event a time, height or speed is NAN. */
 typedef struct lab_stroke {
     lab_outcome outcome;
     int escaped;
@@ -91,7 +92,7 @@ typedef struct lab_stroke {
     int forced_escapement;            /* escaped after the first impact */
     double peak_string_force;         /* [N] */
     double blow;                      /* head to string at the start [m] */
-    int rearmed;                      /* see lab_strike */
+    int rearmed;                      /* defined at lab_strike */
 } lab_stroke;
 
 /** Called after every step (and at t = 0) for recording.
@@ -111,14 +112,14 @@ typedef struct lab_stroke_def {
 lab_stroke_def lab_stroke_def_default(const stein_model *model);
 
 /** Run one stroke from the simulation's present (freshly reset) state. Takes over the event
- *  subscription and gives it up at the end. What happens after `release` is no part of the stroke:
- *  it decides only about rearmed.
+ *  subscription and gives it up at the end. The motion after `release` is not part of the stroke;
+ *  only `rearmed` depends on it.
  *
  *  rearmed: with the load lifted (`release`), the beak is under the roof and overlaps it and the
- *  hammer is at rest at the end (below 0.5 rad/s against what carries it). Without a release it
- * is found beside the run. From the final state the load is lifted, and the motion goes on for
- * 0.5 s or until nothing moves: no coordinate faster than 1e-3 rad/s or m/s at four times 5 ms
- * apart. Then the final state is restored.
+ *  hammer is at rest at the end (below 0.5 rad/s relative to its parent). Without a release it is
+ * found after the run: the load is lifted from the final state, and the motion continues for 0.5 s
+ * or until rest (no coordinate faster than 1e-3 rad/s or m/s at four times 5 ms apart). Then the
+ * final state is restored.
  *
  *  @return OK or a numerical failure of stein_run; EINVAL when the model names no stroke, has no
  *  output channels for gap and force of its string, or def is out of range */
@@ -137,22 +138,22 @@ stein_status lab_record_create(lab_record **record, const stein_model *model, do
 void lab_record_destroy(lab_record *record);
 /** Take a sample when one is due (a lab_sample_fn with the record as ctx). @return OK, ENOMEM */
 stein_status lab_record_sample(void *record, stein_sim *sim);
-/** Take the last sample, unless it was taken just now. @return OK, ENOMEM */
+/** Take the last sample, unless it has just been taken. @return OK, ENOMEM */
 stein_status lab_record_finish(lab_record *record, stein_sim *sim);
 /** Its numbers, a row a sample and a column a channel of the model, in the channels' units: [*rows
  * * nchannel], valid until the next sample. */
 const double *lab_record_numbers(const lab_record *record, int *rows);
 
 /** Write a record in the form of measured data: "# name: value" lines, a header of channel [unit],
- *  rows. Numbers are the shortest decimals that read back as they are.
+ *  rows. Numbers are the shortest decimals that read back to the same bits.
  *  @param notes  "name: value" texts closed by NULL; may be NULL
  *  @return OK, EIO */
 stein_status lab_write_csv(const char *path, const lab_record *record, const char *const *notes,
                            stein_err *err);
 /** Forms of a record: CSV; NPY, a structured array of NumPy with a field for each channel; MAT,
  *  MATLAB's level 5 with a column for each channel, a struct `units` and the text `notes`;
- * CSV_PLAIN, names of the channels and rows in SI units, which any program reads without being told
- * how. */
+ * CSV_PLAIN, names of the channels and rows in SI units, which any program reads without
+ * options. */
 typedef enum { LAB_CSV, LAB_NPY, LAB_MAT, LAB_CSV_PLAIN } lab_format;
 /** By the ending of a path: .npy, .mat, else CSV. */
 lab_format lab_format_of(const char *path);
@@ -169,12 +170,12 @@ stein_status lab_plot(const char *path, const lab_record *record, const stein_mo
 
 /* ---- linearisation (linear.h) ---- */
 
-/** What the motion of a mode is. */
+/** Kind of a mode's motion. */
 typedef enum {
     LAB_OSCILLATES, /* a pair of complex eigenvalues, whether it decays or grows */
     LAB_DECAYS,     /* a real eigenvalue < 0 */
     LAB_GROWS,      /* > 0 */
-    LAB_NEUTRAL     /* 0, to rounding: any place is as good, as of a body that moves freely */
+    LAB_NEUTRAL     /* 0, to rounding: a body that moves freely */
 } lab_mode_kind;
 /** One eigenvalue of A of the free coordinates, or a pair of conjugate ones. */
 typedef struct lab_mode {
@@ -265,21 +266,21 @@ typedef struct lab_vary_def {
     lab_progress_fn *progress;
     lab_stop_fn *stop; /* may be NULL */
     void *ctx;
-    const char *tolerance; /* of steps of controlled error, "CHANNEL=VALUE[unit]": what they may
-                            * leave in an output that shows a place; NULL: what the file tells, and
-                            * fixed steps where it tells none */
-    int fixed;             /* 1: the file's fixed steps, whatever it tells */
+    const char *tolerance; /* of steps of controlled error, "CHANNEL=VALUE[unit]": error that they
+                              may leave in an output of a place; NULL: the file's, and fixed steps
+                              where it states none */
+    int fixed;             /* 1: the file's fixed steps, whatever tolerance it states */
 } lab_vary_def;
 lab_vary_def lab_vary_def_default(const lab_model *model);
 
-/** What a sweep did. */
+/** Counts of a sweep. */
 typedef struct lab_vary_report {
     int computed, found; /* points computed now; found in the journal */
     int damaged;         /* lines of the journal that could not be read */
 } lab_vary_report;
 
 /** One stroke at every point (the final outputs of a mechanism that names no stroke). A point whose
- *  simulation fails keeps its status and ends nothing. Each point has a simulation of its own, so
+ *  simulation fails keeps its status; the sweep continues. Each point has its own simulation, so
  *  the table does not depend on threads, shards or interruptions.
  *  @param report  may be NULL
  *  @return OK, EINVAL (def), EIO, ESTALE (the journal belongs to another sweep), ESTOPPED, ENOMEM
@@ -311,7 +312,7 @@ typedef struct lab_point {
     lab_stroke stroke; /* when status is OK */
 } lab_point;
 
-/** One published fact and what the simulation gives. */
+/** One published fact and the simulated value. */
 typedef struct lab_fact {
     const char *fact, *paper;
     char simulated[64];
@@ -333,7 +334,7 @@ int lab_study_grid(lab_point *point, int n);
  *  @return their number */
 int lab_facts(lab_fact *fact, const lab_point *point, int n);
 
-/* ---- does this library compute the same bits? ---- */
+/* ---- hashes of results ---- */
 
 /** Hashes of standard work: stein_identity() of the built-in mechanisms, the table of a sweep, the
  *  numbers of a fit. */
@@ -348,10 +349,11 @@ stein_status lab_identify(lab_identity *identity, int threads, stein_err *err);
 /* ---- pages ---- */
 
 enum { LAB_HASH = 17 };
-/** What became of a page. */
+/** Facts about a written page. */
 typedef struct lab_page_facts {
     size_t page, module; /* bytes of the file (0: not a file), of the WebAssembly module in it */
-    char hash[LAB_HASH]; /* FNV-1a of the state after the file's own run: the page shows its own */
+    char hash[LAB_HASH]; /* FNV-1a of the state after the file's own run; the page computes and
+                            shows it too */
 } lab_page_facts;
 /** Write a mechanism as one HTML file that simulates it in a browser. Core and equations are
  * compiled to WebAssembly by clang, or by WASM_CC of the environment (options->cc is not used),
@@ -364,11 +366,11 @@ stein_status lab_page(const char *path, const lab_model *model, const lab_option
 
 /* ---- FMUs ---- */
 
-/** What became of an FMU. */
+/** Facts about a written FMU. */
 typedef struct lab_fmu_facts {
     size_t bytes, binary; /* of the file (0: not a file), of the shared objects in it */
     int variables;
-    char token[40];    /* that description and binary have in common */
+    char token[40];    /* in the description and in the binary */
     char platform[32]; /* "x86_64-linux"; in FMI 2 "linux64"; of several as many as fit in */
 } lab_fmu_facts;
 /** Write a mechanism as a co-simulation FMU of FMI 3.0 or 2.0: description, binary for the machine

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT
  * law.h - the force laws of the runtime, as plain functions of plain numbers.
  *
- * Both laws are those of Hirschkorn's action model as used for the Stein action: Hunt & Crossley
- * (1975) with a cubic polynomial in place of the power, and Cull & Tucker's (1999) smooth Coulomb
- * friction. A law is a block of doubles, in the order of its enum in model.h.
+ * Both laws come from Hirschkorn's action model as used for the Stein action: Hunt & Crossley
+ * (1975) with a cubic polynomial in place of the power, and the smooth Coulomb friction of Cull &
+ * Tucker (1999). A law is a block of doubles, in the order of its enum in model.h.
  */
 #ifndef STEIN_LAW_H
 #define STEIN_LAW_H
@@ -33,12 +33,12 @@ double stein_normal_force(const double *law, double x, double xdot);
  *  @return mu with the sign of v; the force is -mu f_n */
 double stein_friction(const double law[4], double v);
 
-/** Friction that sticks (`stick: yes`) has no tanh: it slips with mu = A against the sliding, at
- * any speed, and holds what is at rest up to
+/** Friction that sticks (`stick: yes`) has no tanh. A sliding place has mu = A against the sliding,
+ * at any speed. A place at rest holds up to
  *
  *      mu_s = A [ 1 + 3/4 B1 (3 B2)^(-1/4) ],
  *
- *  which is where the smooth law above has its peak. vt is not used; without B2 there is no
+ *  the peak of the smooth law above. vt is not used; without B2 there is no
  * surplus.
  *  @param law  as of stein_friction  @return mu_s, in units of A */
 double stein_stick_limit(const double law[4]);
@@ -60,28 +60,29 @@ double stein_joint_force(const double *law, double q, double qd);
  *      f = [ k (l - length) + b ldot ] (1 - slack where that pulls)
  *                                      (1 - off (1 + tanh((z - z_off)/range)) / 2)
  *
- *  With slack 1 it only pushes. With off 1 it loses its force when its first end has risen past
- * z_off, as a jack at its button does.
+ *  With slack 1 it only pushes. With off 1 its force vanishes when its first end has risen past
+ * z_off, as a jack's does at its button.
  *  @param law     a STEIN_LINK block
  *  @param length  l [m]   @param rate  ldot [m/s]   @param z  of the first end [m]
  *  @return [N] */
 double stein_link_force(const double *law, double length, double rate, double z);
 
-/** Slopes of the curve through the points of a table. Inside it is that of the parabola through
- * the point and its neighbours, at both ends that of the straight line to the next point,
+/** Slopes of the curve through the points of a table. At an inner point: the slope of the parabola
+ * through the point and its neighbours. At both ends: the slope of the straight line to the next
+ * point.
  *
  *      s_i = (h_i d_(i-1) + h_(i-1) d_i) / (h_(i-1) + h_i),     h_i = x_(i+1) - x_i,
  *                                                               d_i = (y_(i+1) - y_i) / h_i
  *
- *  They are linear in y, and so is the curve: the table of a sum is the sum of the tables.
+ *  The slopes are linear in y, and so is the curve: the table of a sum is the sum of the tables.
  *  @param n      points, at least 2
  *  @param at     x [n], increasing; where they do not increase the curve is level
  *  @param value  y [n]
  *  @param slope  s [n] out */
 void stein_table_slopes(int n, const double *at, const double *value, double *slope);
 
-/** The curve: between two points the cubic with their values and slopes, so without kinks; beyond
- *  the first and the last point level.  @param x  any number  @return y at x */
+/** The curve: between two points the cubic with their values and slopes, so there are no kinks.
+ *  Beyond the first and the last point it is level.  @param x  any number  @return y at x */
 double stein_table_value(int n, const double *at, const double *value, const double *slope,
                          double x);
 

@@ -1,11 +1,10 @@
 /* SPDX-License-Identifier: MIT
- * linear.h - a mechanism linearised about a state: what controllers, modal analyses and tests of
- * stability begin with.
+ * linear.h - a mechanism linearised about a state, for control, modal analysis and stability.
  *
  *      dx/dt = A x + B u,    y = C x + D u
  *
- * x, u, y are deviations from the state. With loops and couplings not all coordinates move by
- * themselves: dq = T dz, where z are n independent ones (J T = 0), x = {z, dz/dt}. From
+ * x, u, y are deviations from the state. With loops and couplings not all coordinates are
+ * independent: dq = T dz, where z are n independent ones (J T = 0), x = {z, dz/dt}. From
  *
  *      T^T (M qdd + c - Q) = 0      M_zz z'' + C_z z' + K_z z = T_z^T dQ/du u - M_zp z_p''
  *
@@ -14,18 +13,18 @@
  * linearisation of mechanisms with loops.)
  *
  * Joints with a prescribed motion are the last of the independent coordinates: their positions and
- * speeds are states as well, their accelerations are the inputs. That is the form without
- * derivatives of u: forces of inertia act through B, what a moved support pulls at through A.
+ * speeds are states as well, their accelerations are the inputs. This form needs no derivatives of
+ * u: inertia forces act through B, springs and dampers of a moved support through A.
  *
- * A has exact derivatives (derivative.h) where the mechanism has them; elsewhere - loops,
- * couplings, bodies and contacts in space, friction that sticks, hooks - differences along T on
- * both sides, extrapolated to a step of 0 (Ridders 1982, Adv. Eng. Softw. 4:75), whose own estimate
- * of their error is told. B and D are exact in any case.
+ * A is built from exact derivatives (derivative.h) where the mechanism has them. A mechanism with
+ * loops, couplings, bodies or contacts in space, friction that sticks or hooks has none. Its A
+ * comes from central differences along T, extrapolated to a step of 0 (Ridders 1982, Adv. Eng.
+ * Softw. 4:75). The method estimates its error: system->error. B and D are always exact.
  *
- * Contacts stay as they are: closed ones act with the slope of their law at the present depth, open
- * ones do not act. Where a contact or stop is at its edge a small motion to one side is another one
- * than to the other, and no linear system describes both: they are listed. Smooth friction at rest
- * is viscous, of A/vt; what sticks does not move.
+ * Contacts keep their modes: a closed contact acts with the slope of its law at the present depth,
+ * an open one does not act. At its edge a contact or stop acts on one side only, and no linear
+ * system describes both sides: such places are listed (system->edge). Smooth friction at rest is
+ * viscous, with the coefficient A/vt. A place that sticks does not move.
  *
  *      stein_linear_create(&l, model, NULL, &err);
  *      stein_linear_at(l, sim, &system, &err);
@@ -53,19 +52,20 @@ typedef enum {
     STEIN_EDGE_BACKLASH /* index: joint */
 } stein_edge_kind;
 
-/** One at which the state is. */
+/** An edge at which the state is. */
 typedef struct stein_edge {
     stein_edge_kind kind;
     int index;
     double apart; /* gap [m or rad]; < 0: pressed in */
 } stein_edge;
-/** At the edge is what is open by no more than OPEN, or pressed in by no more than PRESSED [m or
+/** A place is at its edge if it is open by at most OPEN, or pressed in by at most PRESSED [m or
  *  rad]. (A hard contact that carries a load is pressed in by more.) */
 #define STEIN_EDGE_OPEN    1e-6
 #define STEIN_EDGE_PRESSED 1e-9
 
-/** Largest acceleration of a state that counts as an equilibrium [rad/s^2 or m/s^2], and what is
- *  added to it: as much as a displacement of all coordinates by SHIFT [rad or m] would cause. */
+/** Largest acceleration of a state that counts as an equilibrium [rad/s^2 or m/s^2]. The
+ *  acceleration that a displacement of all coordinates by SHIFT [rad or m] would cause is added to
+ *  this limit. */
 #define STEIN_LINEAR_ACCELERATION 1e-6
 #define STEIN_LINEAR_SHIFT        1e-9
 /** Largest rate of an acceleration in a motion that counts as steady, in units of the largest speed
@@ -73,8 +73,8 @@ typedef struct stein_edge {
 #define STEIN_LINEAR_STEADY 1e-6
 
 /** The linear system. Matrices are row-major. States are the n coordinates z, then their speeds,
- *  [rad or m] and [rad/s or m/s]; inputs have the unit of the input, those of prescribed motions
- *  that of its second time derivative; outputs the unit of the channel. */
+ *  [rad or m] and [rad/s or m/s]; a force has the unit of its input, a prescribed motion the unit
+ *  of the second time derivative of its input; outputs have the unit of the channel. */
 typedef struct stein_linear_system {
     int n, nfree;        /* independent coordinates; the first nfree of them have no motion */
     int ninput, noutput; /* noutput: all channels of the model */
@@ -106,12 +106,13 @@ stein_status stein_linear_create(stein_linear **l, const stein_model *model,
 void stein_linear_destroy(stein_linear *l);
 
 /** Linearise about the present state of a simulation of the same model, with its parameters,
- *  signals, hooks and modes of contacts. Nothing of the simulation changes.
+ *  signals, hooks and modes of contacts. The simulation does not change.
  *  The state has to be an equilibrium, or a steady motion: no coordinate accelerates, and none will
  *  (A z' = 0, as of a wheel that turns evenly).
  *  @param system  out: valid until the next call or stein_linear_destroy; untouched on failure
- *  @return OK; ESETTLE (no equilibrium: the joint and its acceleration; no steady motion); EINVAL
- *  (another model; a contact whose friction sticks; nothing can move), ESINGULAR, ECLOSE */
+ *  @return OK; ESETTLE: neither an equilibrium nor a steady motion; err names the joint and its
+ *  acceleration. EINVAL: another model, a contact with friction that sticks, or no degree of
+ *  freedom. ESINGULAR, ECLOSE */
 stein_status stein_linear_at(stein_linear *l, stein_sim *sim, const stein_linear_system **system,
                              stein_err *err);
 

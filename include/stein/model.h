@@ -4,7 +4,7 @@
  * A generated file exports exactly one symbol, `const stein_model stein_model_<name>`. It is pure
  * constant data plus pure functions: any number of simulations on any number of threads share it.
  *
- *      p  [np]  parameters, what a user sets by name (SI)
+ *      p  [np]  parameters, set by name (SI)
  *        |
  *        | setup()            once per parameter set: formulas of the file, recombined inertias,
  *        v                    and the numbers of every contact, law, spring and initial value
@@ -28,17 +28,19 @@
  * right, z up), or between spheres and planes in space. Plane angles count from +x towards +z
  * (anticlockwise as drawn), so a joint about +y turns clockwise as drawn.
  *
- * Lanes. The functions that a derivative needs are written in stein_real. Compiled as they are,
- * that is a double. Compiled with -DSTEIN_LANES=2, 4 or 8 it is that many doubles side by side, one
- * of each of as many simulations, and the file exports `const stein_lanes stein__lanes4_<name>` in
- * place of the descriptor: the same operations in the same order, so the same bits in each lane.
- * What is always 0 off the diagonal of M, in c and in the poses is not written in lanes: it is 0 in
- * the memory that they are given.
+ * Lanes. The functions that a derivative evaluation needs are written in stein_real, which is a
+ * double by default. With -DSTEIN_LANES=2, 4 or 8 it is a vector of that many doubles, one of each
+ * of as many simulations. The file then exports `const stein_lanes stein__lanes4_<name>` in place
+ * of the descriptor. Operations and their order are the same, so each lane has the same bits.
+ * Elements of M, c and the poses that are always 0 are not written in lanes: the caller's memory
+ * holds 0 there.
  */
 #ifndef STEIN_MODEL_H
 #define STEIN_MODEL_H
 
 #include <stddef.h>
+
+#include "stein/output.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -52,7 +54,7 @@ extern "C" {
 #endif
 #if STEIN_LANES == 1
 typedef double stein_real;
-#elif STEIN_LANES == 0 /* a number and its derivative, see src/core/tangent.c */
+#elif STEIN_LANES == 0 /* a dual number: value and derivative, see src/core/tangent.c */
 typedef double _Complex stein_real;
 #else
 typedef double stein_real __attribute__((vector_size(8 * STEIN_LANES)));
@@ -74,16 +76,17 @@ typedef long long stein_mask __attribute__((vector_size(8 * STEIN_LANES)));
 #define STEIN_ZERO(x) ((void)&(x))
 #endif
 
-/** A part of a generated function that is too long for a compiler: not to be put together again. */
+/** A part of a generated function that is too long for a compiler. It is not inlined. */
 #define STEIN_PART __attribute__((noinline))
-/** The same of a function that no step needs, and that would take a compiler minutes to improve. */
+/** The same for a function that no step calls, and that a compiler would take minutes to
+ * optimise. */
 #ifdef __clang__
 #define STEIN_SELDOM __attribute__((noinline, optnone))
 #else
 #define STEIN_SELDOM __attribute__((noinline, optimize("O0")))
 #endif
 
-/** What a parameter can be by its nature; each range lies within the one before it. */
+/** Physical range of a parameter; each range lies within the one before it. */
 typedef enum {
     STEIN_ANY,          /* any finite number */
     STEIN_NOT_NEGATIVE, /* 0 or more: masses, dampings, friction */
@@ -108,7 +111,7 @@ typedef struct stein_body {
     char type;  /* 'R' revolute, 'T' prismatic */
     char axis;  /* 'x', 'y', 'z' */
     int sign;   /* +1, or -1 for a joint about or along the negative axis */
-    int joint;  /* d index of a STEIN_JOINT block: what acts in the joint itself */
+    int joint;  /* d index of a STEIN_JOINT block: forces in the joint itself */
 } stein_body;
 
 /** A named point of a body, or of the fixed frame (body -1). */
@@ -120,8 +123,8 @@ typedef struct stein_point {
                frame, where it stays; -1 for a point whose body has no frame */
 } stein_point;
 
-/** A body that carries contacts, or in the plane the point of a link or of a force, or a body that
- *  carries such a one: its planar pose is evaluated by pose(). Ascending. */
+/** A body whose planar pose is evaluated by pose(): it carries contacts, or a point of a link or a
+ *  force in the plane, or another such body. Ascending. */
 typedef struct stein_frame {
     int body;
     int parent; /* frame of the body's parent, -1 = fixed frame; smaller than the own index */
@@ -138,14 +141,14 @@ typedef struct stein_pose {
 /** One pose in space as pose3() writes it; the array is [npose3] of these. */
 typedef struct stein_pose3 {
     double o[3]; /* origin of the body (its joint) in the fixed frame [m] */
-    double R[9]; /* row-major: from the body's axes to those of the fixed frame */
+    double R[9]; /* row-major: from body axes to axes of the fixed frame */
     double v[3]; /* velocity of the origin [m/s] */
     double w[3]; /* angular velocity, in the fixed frame [rad/s] */
 } stein_pose3;
 
 /** Blocks in d, by offset from their base index. Every block has every entry, at its neutral value
- *  where the file states nothing: a physical effect can be switched on, fitted and tested without
- * new equations. The laws are in law.h. */
+ *  where the file states nothing. So a physical effect can be switched on, fitted and tested
+ *  without new equations. The laws are in law.h. */
 /* clang-format off */
 enum { STEIN_FRICTION_A, STEIN_FRICTION_VT, STEIN_FRICTION_B1, STEIN_FRICTION_B2, STEIN_FRICTION_SIZE };
 enum {
@@ -167,7 +170,7 @@ enum {
     STEIN_JOINT_FRICTION,                           /* a STEIN_FRICTION block */
     STEIN_JOINT_SIZE = STEIN_JOINT_FRICTION + STEIN_FRICTION_SIZE
 };
-/** What an instrument makes of the true value y: y + (gain - 1) y + square (y - y at rest)^2
+/** Reading of an instrument for the true value y: y + (gain - 1) y + square (y - y at rest)^2
  *  + tilt (x - x at rest) + offset, x the marker's horizontal position; `delay` [s] is applied by
  *  the caller that samples. */
 enum { STEIN_SENSOR_GAIN, STEIN_SENSOR_OFFSET, STEIN_SENSOR_SQUARE, STEIN_SENSOR_TILT,
@@ -227,7 +230,7 @@ typedef struct stein_contact {
     int friction; /* d index of a STEIN_FRICTION block */
 } stein_contact;
 
-/** A notch: the beak of one body in the notched corner of another (see src/core/notch.c). */
+/** A notch: the beak of one body in the notched corner of another (src/core/notch.c). */
 typedef struct stein_notch {
     const char *name;
     int catcher;          /* frame index of the body with the corner (pawl), -1 = fixed frame */
@@ -258,9 +261,9 @@ typedef struct stein_link {
     int point[2]; /* indices into points */
     int d;        /* base of a STEIN_LINK block */
 } stein_link;
-/** Law of a link: k [N/m], length [m], damping [N s/m]. slack [-] is the share of its pull that
- * is missing. Let-off is the share of its force that is lost when its first end is above z [m],
- * over a range [m]. */
+/** Law of a link: k [N/m], length [m], damping [N s/m]. slack [-] is the missing share of its pull.
+ * Off [-] is the share of its force that vanishes when its first end is above z [m], over a range
+ * [m]. */
 enum {
     STEIN_LINK_K,
     STEIN_LINK_LENGTH,
@@ -272,26 +275,25 @@ enum {
     STEIN_LINK_SIZE
 };
 
-/** What a table is read over: the coordinate of a joint or its speed; the depth of a contact or the
- *  rate at which that grows. */
+/** Argument of a table: coordinate or speed of a joint; depth of a contact or its rate. */
 typedef enum {
     STEIN_TABLE_POSITION, /* force in the joint [N m or N] over q [rad or m] */
     STEIN_TABLE_SPEED,    /* the same over qd [rad/s or m/s] */
     STEIN_TABLE_DEPTH,    /* normal force [N] over x [m], where x > 0 */
-    STEIN_TABLE_RATE      /* normal force as a share of what it is otherwise, over xdot [m/s] */
+    STEIN_TABLE_RATE /* normal force as a share of its value without the table, over xdot [m/s] */
 } stein_table_kind;
 
 /** A law as a curve through points (law.h), beside the laws of a joint or a contact. */
 typedef struct stein_table {
     const char *name;
     stein_table_kind kind;
-    int index; /* of the joint; of the contact; ncontact + that of the notch */
+    int index; /* joint; contact; or ncontact + notch */
     int n;     /* points, at least 2 */
     int d;     /* base of at [n], increasing, and value [n] */
 } stein_table;
 
-/** Stops of a joint, beside its other laws: between `from` and `to` they do nothing, beyond by x
- *  they push back with k x (1 + D xdot), never pull. */
+/** Stops of a joint, beside its other laws. There is no force between `from` and `to`. Beyond an
+ *  end by x they push back with k x (1 + D xdot); they never pull. */
 typedef struct stein_limit {
     int joint; /* coordinate index */
     int d;     /* base of a STEIN_LIMIT block */
@@ -299,7 +301,7 @@ typedef struct stein_limit {
 /** from, to [rad or m], k [N m/rad or N/m], D [s/rad or s/m] */
 enum { STEIN_LIMIT_FROM, STEIN_LIMIT_TO, STEIN_LIMIT_K, STEIN_LIMIT_D, STEIN_LIMIT_SIZE };
 
-/** A joint that turns in all directions, as four that turn about z, x, y and z. The first one, the
+/** A joint that turns in all directions, as four hinges about z, x, y and z. The first hinge, the
  *  chart, keeps its angle along a motion: its row is qdd = 0, and no force acts there. When the
  *  angle about y comes near 90 deg, the end of that step (or stein_set_state) gives all four angles
  *  new values for the same attitude and angular velocity. The initial speeds of a ball are its
@@ -308,15 +310,15 @@ typedef struct stein_ball {
     int joint; /* coordinate of the chart; the other three follow, the last one is at the body */
 } stein_ball;
 
-/** A closed loop, or a joint that follows another one: rows of h(q) = 0, behind those of the loops
- *  before it, lengths first. */
+/** A closed loop, or a joint that follows another one: rows of h(q) = 0, lengths first, behind the
+ *  rows of earlier loops. */
 typedef struct stein_loop {
     const char *name;
     int lengths, angles; /* how many of its rows are [m], how many [rad] or a share of 1 */
 } stein_loop;
 
-/** Dry friction that sticks: in a joint, or at one spot of a contact. Its law is then that of
- *  stein_stick_limit in law.h. */
+/** Dry friction that sticks: in a joint, or at one spot of a contact. Its law is stein_stick_limit
+ *  in law.h. */
 typedef enum { STEIN_STICK_JOINT, STEIN_STICK_SPOT } stein_stick_kind;
 typedef struct stein_stick {
     stein_stick_kind kind;
@@ -349,104 +351,7 @@ typedef struct stein_input {
     int hold; /* MOTION: 1 = without a signal the joint is held at its initial value, 0 = free */
 } stein_input;
 
-/* clang-format off */
-typedef enum {
-    STEIN_READ_TIME,
-    STEIN_READ_POSITION, STEIN_READ_SPEED, STEIN_READ_ACCELERATION, /* joint index */
-    STEIN_READ_X, STEIN_READ_Y, STEIN_READ_Z,                       /* point index, position [m] */
-    STEIN_READ_VX, STEIN_READ_VY, STEIN_READ_VZ,                    /* point index, velocity [m/s] */
-    STEIN_READ_GAP, STEIN_READ_FORCE, STEIN_READ_TANGENT,           /* contact index */
-    STEIN_READ_NOTCH_FORCE, STEIN_READ_NOTCH_PHASE, STEIN_READ_NOTCH_OVERLAP, /* notch index */
-    STEIN_READ_INPUT, STEIN_READ_INPUT_FORCE,                       /* input index */
-    STEIN_READ_KINETIC, STEIN_READ_POTENTIAL,                       /* whole tree [J] */
-    /* index into frames3. R = Rz(yaw) Ry(pitch) Rx(roll), -pi .. pi, pitch -pi/2 .. pi/2 [rad];
-       XY is the component along x of the fixed frame of the body's axis y; angular velocity about the
-       body's axes [rad/s] */
-    STEIN_READ_ROLL, STEIN_READ_PITCH, STEIN_READ_YAW,
-    STEIN_READ_XX, STEIN_READ_XY, STEIN_READ_XZ, STEIN_READ_YX, STEIN_READ_YY, STEIN_READ_YZ,
-    STEIN_READ_ZX, STEIN_READ_ZY, STEIN_READ_ZZ,
-    STEIN_READ_WX, STEIN_READ_WY, STEIN_READ_WZ,
-    /* body index: plane angle against the fixed frame, of a body whose joints all turn about one axis,
-       as the sum of their angles [rad]: from +x towards +z, +x towards +y, +y towards +z */
-    STEIN_READ_ANGLE,
-    STEIN_READ_REACTION /* index into reactions */
-} stein_read_kind;
-/* clang-format on */
-
-/** What a joint or a loop transmits: the force that the parent exerts on the child at the child's
- *  origin, or the body of a loop's first point on that of the second one at the second point, and
- *  the moment about that place. It includes what acts in the joint itself (springs, motors, gears).
- *  X .. Z along axes of the fixed frame or of a body; SIZE the length of the vector. A coupling has
- *  a generalised force alone, that on the joint that follows [N m or N]: FORCE_X. */
-typedef enum {
-    STEIN_FORCE_X,
-    STEIN_FORCE_Y,
-    STEIN_FORCE_Z,
-    STEIN_MOMENT_X,
-    STEIN_MOMENT_Y,
-    STEIN_MOMENT_Z,
-    STEIN_FORCE_SIZE,
-    STEIN_MOMENT_SIZE
-} stein_component;
-typedef struct stein_reaction {
-    int loop;  /* 1: of a loop or coupling, 0: of a joint */
-    int index; /* which one */
-    stein_component component;
-    int axes; /* of that body, -1 of the fixed frame */
-} stein_reaction;
-
-/** What a body is made of: d blocks one behind the other, for reactions. In the body's axes, those
- *  of its parent for the place of its joint from the parent's origin [m]; the tensor about the
- *  centre of mass [kg m^2]. */
-enum {
-    STEIN_MADE_AT,         /* x y z */
-    STEIN_MADE_MASS = 3,   /* [kg] */
-    STEIN_MADE_CENTRE = 4, /* x y z */
-    STEIN_MADE_TENSOR = 7, /* xx yy zz xy xz yz */
-    STEIN_MADE_SIZE = 13
-};
-
-/** What a loop holds, for reactions: of points, index 0 and 1 are those of model->points, and axis
- *  belongs to the first one's body. */
-typedef enum {
-    STEIN_TIE_MEET, /* the points meet */
-    STEIN_TIE_ROD,  /* are as far apart as a rod is long */
-    STEIN_TIE_SLOT, /* the second one is on a line through the first one along `axis` */
-    STEIN_TIE_WELD, /* meet, and the bodies turn as one, but for a turn about `axis` if it is >= 0
-                     */
-    STEIN_TIE_COUPLING /* joint index 0 follows joint index 1, `ratio` times */
-} stein_tie_kind;
-typedef struct stein_tie {
-    stein_tie_kind kind;
-    int index[2];
-    int axis;  /* 0 x, 1 y, 2 z, -1 none */
-    int ratio; /* d index, -1: no coupling */
-} stein_tie;
-
-/** Is it a reading of the attitude of a body? */
-static inline int stein_reads_attitude(int read)
-{
-    return read >= STEIN_READ_ROLL && read <= STEIN_READ_WZ;
-}
-
-/** Is it a reading of where something is: a joint, a body in its plane, a point, a gap? */
-static inline int stein_reads_place(int read)
-{
-    return read == STEIN_READ_POSITION || (read >= STEIN_READ_X && read <= STEIN_READ_Z) ||
-           read == STEIN_READ_GAP || read == STEIN_READ_ANGLE;
-}
-
-/** An output channel: sign * (reading - reading in the initial state if from_rest). */
-typedef struct stein_channel {
-    const char *name, *unit;
-    stein_read_kind read;
-    int index;
-    int sign;      /* +1 or -1 */
-    int from_rest; /* 1 = counted from the value in the initial state */
-    int sensor;    /* d index of a STEIN_SENSOR block */
-} stein_channel;
-
-/** What a stroke is made of: the string's contact and the notch (index, or -1). */
+/** Elements of a stroke: the string's contact and the notch (index, or -1). */
 typedef struct stein_stroke {
     int string, notch;
 } stein_stroke;
@@ -462,7 +367,7 @@ typedef struct stein_functions {
 } stein_functions;
 #if STEIN_LANES <= 1
 typedef struct stein_lanes stein_lanes;
-/* what a generated solve() says and does where a pivot vanishes */
+/* action and result of a generated solve() where a pivot vanishes */
 typedef int stein_solved;
 #define STEIN_PIVOTS
 #define STEIN_PIVOT(is_good, joint) \
@@ -475,7 +380,7 @@ typedef stein_mask stein_solved; /* the lanes in which one vanished */
 #define STEIN_PIVOTS                stein_mask bad = {0};
 #define STEIN_PIVOT(is_good, joint) bad |= ~(stein_mask)(is_good);
 #define STEIN_SOLVED                bad
-/** What an evaluation needs of a model, as it is there, in lanes. */
+/** The functions of a model that an evaluation calls, in lanes. */
 typedef struct stein_lanes {
     void (*unloaded)(const stein_real *q, const stein_real *qd, const stein_real *sc,
                      const stein_real *d, stein_real *M, stein_real *c);
@@ -503,7 +408,7 @@ typedef struct stein_lanes {
 #ifndef STEIN_ONLY
 #define STEIN_ONLY 0
 #endif
-/* its own ones: a program may export those of other equations that have the same name */
+/* hidden: a program may export other equations of the same name */
 #define STEIN_LANES_EXTERN            extern __attribute__((visibility("hidden"))) const stein_lanes
 #define STEIN_LANES_JOIN(width, name) stein__lanes##width##_##name
 #define STEIN_LANES_NAME(width, name) STEIN_LANES_JOIN(width, name)
@@ -537,11 +442,11 @@ typedef struct stein_lanes {
 #endif
 
 /** RK4, DP5: Runge-Kutta 4 and Dormand-Prince 5(4) with steps of dt, split at events only.
- *  CONTROLLED: Dormand-Prince 5(4); every step of dt is made of as many as keep its error estimate
- *  within the tolerance of stein_set_tolerance. A step depends on the state alone, so that a saved
- *  state continues with the same bits here as well. Where stability rather than accuracy limits
- *  these steps they become implicit ones, of Rodas5P, until it does not (stein_steps_taken).
- *  IMPLICIT: the same with Rodas5P from the beginning. */
+ *  CONTROLLED: Dormand-Prince 5(4); every step of dt is divided so that each error estimate is
+ *  within the tolerance of stein_set_tolerance. A step depends on the state alone, so a saved state
+ *  continues with the same bits. Where stability limits these steps, not accuracy, implicit steps
+ *  by Rodas5P follow until explicit ones serve as well (stein_steps_taken). IMPLICIT: the same with
+ *  Rodas5P from the beginning. */
 typedef enum { STEIN_RK4, STEIN_DP5, STEIN_CONTROLLED, STEIN_IMPLICIT } stein_integrator;
 
 /** The mechanism. */
@@ -574,13 +479,13 @@ typedef struct stein_model {
     const struct stein_lanes
         *lanes[3]; /* the same in 2, 4 and 8 lanes, NULL where there are none */
 
-    /** Derived constants from parameters, p [np] in, d [nd] out: see stein_setup. */
+    /** Derived constants from parameters, p [np] in, d [nd] out (stein_setup). */
     void (*setup)(const double *p, double *d, const stein_functions *f);
     /** Mass matrix and nonlinear vector. */
     void (*mass_bias)(const double *q, const double *qd, const double *sc, const double *d,
                       const double *frc, const double *trq, double *M, double *c);
-    /** The same with frc = trq = 0, which is less work: what a simulation evaluates, as all its
-     *  forces act in Q. */
+    /** The same with frc = trq = 0, which costs less. Simulations use it, since all their forces
+     *  act in Q. */
     void (*unloaded)(const double *q, const double *qd, const double *sc, const double *d,
                      double *M, double *c);
     /** Solution of M x = b along the branches of the tree; b [nq] becomes x. @return -1, or the
@@ -605,14 +510,15 @@ typedef struct stein_model {
     /** e[0] kinetic, e[1] potential energy of gravity [J] (zero where all origins are at z = 0). */
     void (*energy)(const double *q, const double *qd, const double *sc, const double *d, double *e);
 
-    /* Derivatives, exact to rounding. A direction is dq, dqd [nq] and dd [nd]; what is 0 costs as
-     * much as what is not. External forces and moments are none. Equations of other origin, or
-     * compiled with STEIN_PLAIN, leave all four NULL: derivative.h then says so. */
+    /* Derivatives, exact to rounding. A direction is dq, dqd [nq] and dd [nd]; zeros are not
+     * cheaper. There are no external forces and moments. Equations of other origin, or compiled
+     * with STEIN_PLAIN, leave all four NULL; stein_derivative_create then fails. */
 
     /** dd [nd] along dp [np]: d d/dp dp. */
     void (*setup_along)(const double *p, const double *dp, double *dd, const stein_functions *f);
-    /** Q = M qdd + c by q and by qd, [nq*nq] each, row i of Q_i, with qdd kept. With qdd = e_j less
-     *  the same with qdd = 0 that is the derivative of column j of M. NULL for a large tree. */
+    /** Q = M qdd + c by q and by qd, [nq*nq] each, row i of Q_i, with qdd kept. The derivative of
+     *  column j of M is the result with qdd = e_j less the result with qdd = 0. NULL for a large
+     *  tree. */
     void (*inverse_slopes)(const double *q, const double *qd, const double *qdd, const double *sc,
                            const double *d, double *by_q, double *by_qd);
     /** dQ [nq] along a direction, with qdd kept. */
@@ -626,7 +532,7 @@ typedef struct stein_model {
     /* Loops. Then M qdd + c = Q + J^T lambda with h(q) = 0, and the equations have no solve, no
      * lanes and no derivatives. */
 
-    int nloop, nrow;         /* nrow: of h, those of all loops */
+    int nloop, nrow;         /* nrow: rows of h, of all loops */
     const stein_loop *loops; /* [nloop] */
     stein_ops ops_closure;
     /** h [nrow], J = dh/dq [nrow*nq] row-major, jdqd [nrow] = Jdot qd. NULL when nrow = 0. */
@@ -643,13 +549,13 @@ typedef struct stein_model {
 
     int nball, npose3;
     const stein_ball *balls;    /* [nball] */
-    const stein_frame *frames3; /* [npose3] bodies with such a contact or whose attitude is read,
-                                   and those that carry them; ascending */
+    const stein_frame *frames3; /* [npose3] bodies that have a contact in space or an output of
+                                   attitude, and the bodies that carry them; ascending */
     /** Their poses. NULL when npose3 = 0. */
     void (*pose3)(const double *q, const double *qd, const double *sc, const double *d,
                   stein_pose3 *pose);
 
-    /* Reactions that are read: with nreaction = 0 there is nothing else of them. */
+    /* Reactions that outputs read. With nreaction = 0 the other fields are empty. */
 
     int nreaction;
     const stein_reaction *reactions; /* [nreaction] */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * sensitivity.h - how a motion changes with its initial state and its parameters, worked out while
- * it goes on.
+ * sensitivity.h - derivatives of a motion by its initial state and parameters, integrated beside
+ * the motion.
  *
  * Directions follow a simulation. Each is a change dq, dqd of the state and dp of the parameters.
  * With every step of the simulation it is integrated by the derivatives of the same step
@@ -11,12 +11,12 @@
  *
  *      stein_sensitivity_create(&s, model, NULL, 1, &err);
  *      stein_sensitivity_attach(s, sim, &err);
- *      stein_sensitivity_set(s, 0, NULL, NULL, dp);     d/dp, the state being what it is now
+ *      stein_sensitivity_set(s, 0, NULL, NULL, dp);     d/dp, with the present state kept
  *      stein_run(sim, 0.05, &err);
  *      stein_sensitivity_q(s, 0)                        dq/dp at 0.05 s
  *
- * They are the derivatives of the motion to the accuracy of the steps: of a step without a switch
- * to rounding. A motion that touches only just has none.
+ * They are the derivatives of the motion to the accuracy of the steps; of a step without a switch,
+ * to rounding. A motion that grazes a contact has no derivative.
  *
  * A stein_sensitivity owns one block of memory; nothing allocates after it was created.
  */
@@ -49,8 +49,8 @@ stein_status stein_sensitivity_attach(stein_sensitivity *s, stein_sim *sim, stei
 void stein_sensitivity_set(stein_sensitivity *s, int k, const double *dq, const double *dqd,
                            const double *dp);
 
-/** The same along dp [np] for the state in which stein_reset has left the simulation: how the
- * static equilibrium, the initial values and the load that lies flush change with the parameters.
+/** The same along dp [np] for the state after stein_reset: the derivatives of the static
+ * equilibrium, of the initial values and of the place of the load by the parameters.
  *  @return OK; EINVAL (dp is NULL, k out of range, no simulation), ESINGULAR (an equilibrium that
  * is indifferent), what stein_derivative_at returns */
 stein_status stein_sensitivity_start(stein_sensitivity *s, int k, const double *dp, stein_err *err);
@@ -60,10 +60,9 @@ const double *stein_sensitivity_q(const stein_sensitivity *s, int k);
 const double *stein_sensitivity_qd(const stein_sensitivity *s, int k);
 /** How the instant of the last switch changes along direction k [s a unit of it]; 0 before one. */
 double stein_sensitivity_switch(const stein_sensitivity *s, int k);
-/** Are the directions what they should be? @return OK; or what has gone wrong since they rode with
- * the simulation: EINVAL (a signal or hook was bound, it was destroyed or given to another one),
- * ENONFINITE (a guard was only touched),
- * ESINGULAR */
+/** Are the directions valid? @return OK; or what went wrong since the sensitivity was attached:
+ * EINVAL (a signal or hook was bound, the simulation was destroyed or follows another sensitivity),
+ * ENONFINITE (a guard was only touched), ESINGULAR */
 stein_status stein_sensitivity_check(const stein_sensitivity *s, stein_err *err);
 
 #ifdef __cplusplus

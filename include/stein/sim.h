@@ -3,7 +3,7 @@
  *
  * A stein_sim owns one block of memory, allocated by stein_sim_create; nothing allocates after it.
  * Different simulations may run on different threads; one simulation belongs to one thread at a
- * time. All quantities are SI. Names are those of the mechanism file.
+ * time. All quantities are SI. Names come from the mechanism file.
  */
 #ifndef STEIN_SIM_H
 #define STEIN_SIM_H
@@ -53,42 +53,41 @@ int stein_find_body(const stein_model *model, const char *name);
 /* ---- parameters ---- */
 
 /** Set a parameter [SI]. Acts from the next step on; the state stays (call stein_reset to start
- * from the equilibrium of the new parameters). @return OK, ENAME, EINVAL (out of the range that
- *  model->params states: a negative mass, no number); then nothing has changed */
+ * from the equilibrium of the new parameters). @return OK, ENAME, EINVAL (outside of the range in
+ *  model->params, such as a negative mass, or not finite); then nothing has changed */
 stein_status stein_set(stein_sim *sim, const char *name, double value, stein_err *err);
 /** Set all parameters at once, p [np] in the order of model->params; all or none.
  *  @return OK, EINVAL */
 stein_status stein_set_all(stein_sim *sim, const double *p, stein_err *err);
-/** The same for searches: values outside of their ranges are taken, as long as they are finite.
- *  What is simulated with them need be no physics. @return OK, EINVAL */
+/** The same for searches: any finite values are accepted, also outside of their ranges. They need
+ *  not be physical. @return OK, EINVAL */
 stein_status stein_try_all(stein_sim *sim, const double *p, stein_err *err);
 /** Value of a parameter [SI]. @return OK, ENAME */
 stein_status stein_get(const stein_sim *sim, const char *name, double *value, stein_err *err);
 
 /* ---- running ---- */
 
-/** Back to t = 0: initial values of the file or, where it says `settle`, static equilibrium without
- *  the load; the load flush on its contact, at rest. Contacts and notch as geometry has them.
+/** Back to t = 0: initial values of the file or, with `settle`, the static equilibrium without the
+ *  load. The load lies flush on its contact, at rest. Modes of contacts and notch follow from
+ *  geometry.
  *  @return OK, ESETTLE, ESINGULAR, ENONFINITE */
 stein_status stein_reset(stein_sim *sim, stein_err *err);
 /** Degrees of freedom: joints less those that are driven or held, less the rank of the conditions
  * of loops and couplings on the others. Of the last stein_reset; redundant rows count once.
  */
 int stein_freedom(const stein_sim *sim);
-/** The static equilibrium next to the present positions, at the present time. Speeds are zero,
- * prescribed joints at their signals. A load that is present rests, one that was lifted stays
- * away.
- * Contacts as geometry has them, notches by their memory. Friction, which vanishes at rest, has no
- * part in it. In small steps of a signal this follows a quasi-static motion. With loops and
- * couplings the search goes along the ways that they leave.
+/** The static equilibrium next to the present positions, at the present time. Speeds are zero;
+ * prescribed joints are at their signals. A present load rests; a lifted one stays away. Modes of
+ * contacts follow from geometry, modes of notches from memory. Friction, which vanishes at rest,
+ * does not act. Repeated in small steps of a signal, this follows a quasi-static motion. With loops
+ * and couplings the search goes along the free directions.
  *  @return OK, ESETTLE, ESINGULAR, ECLOSE, EINVAL (bodies that turn in all directions); after a
  * failure the positions are the last that were tried */
 stein_status stein_settle(stein_sim *sim, stein_err *err);
-/** One step of dt, split at located events. On ENONFINITE, ESINGULAR or ECHATTER the state is kept
- *  as it was before the failing sub-step, for inspection. Two events are located, what is left of
- *  the step is taken in one piece, of lower order. A step that is too long for the damping of a
- *  contact is taken implicitly, also of lower order; one in which a whole bounce would be lost is
- *  ECHATTER. */
+/** One step of dt, split at located events. On ENONFINITE, ESINGULAR or ECHATTER the state is that
+ *  before the failing sub-step, for inspection. Two events a step are located; the rest of the step
+ *  is one sub-step of lower order. A step that is too long for the damping of a contact is
+ *  implicit, also of lower order. A step that would miss a whole bounce is ECHATTER. */
 stein_status stein_step(stein_sim *sim, stein_err *err);
 /** Steps of dt up to exactly t_end [s]; the last one is shorter when t_end is off the grid.
  *  @return as stein_step; EINVAL when t_end is before the current time or not finite */
@@ -96,28 +95,28 @@ stein_status stein_run(stein_sim *sim, double t_end, stein_err *err);
 /** Called by stein_run_adaptive with the simulation in the state of the time asked for: it may be
  * read and saved, not changed. @return the next time to be called at [s]; INFINITY: no more */
 typedef double stein_look_fn(void *ctx, stein_sim *sim);
-/** How stein_run_adaptive steps, and where it is looked at. */
+/** Step control of stein_run_adaptive, and the times of its look function. */
 typedef struct stein_pace {
     double tolerance; /* of a step's error estimate, max over joints of |e_q| and h |e_qd|
                        * [rad or m], > 0 */
     double longest;   /* longest step [s], > 0 */
-    double h;         /* step to begin with [s], > 0; out: the one that would be next */
+    double h;         /* first step [s], > 0; out: length of the next step */
     double next;      /* first time to look at [s], not before the present one; out: the next one */
     stein_look_fn *look; /* NULL: not called */
     void *ctx;
 } stein_pace;
-/** Run to exactly t_end [s] with steps of controlled error that end at events and at t_end, of
- *  Dormand-Prince 5(4), or of Rodas5P where stein_steps_taken tells so. The times that are looked
- *  at do not shorten them: states inside of a step come from its dense output, to order 6 in q and
- *  5 in qd, 4 in implicit steps. So what is seen depends smoothly on when one looks.
+/** Run to exactly t_end [s] with steps of controlled error that end at events and at t_end:
+ *  Dormand-Prince 5(4), or Rodas5P (stein_steps_taken). The times of `look` do not shorten steps:
+ *  states inside of a step come from its dense output, to order 6 in q and 5 in qd, 4 in implicit
+ *  steps. So the states depend smoothly on these times.
  *  @return OK; EINVAL (the integrator is RK4, a number of pace out of range, t_end before the
  * current time or not finite); ENONFINITE, ESINGULAR, ECHATTER: as stein_step, when no step is
- * short enough; ECHATTER too when the motion asks for more than 20000 + 1000 (t_end - t)/longest
+ * short enough; ECHATTER also when the motion needs more than 20000 + 1000 (t_end - t)/longest
  * trial steps: it is too stiff */
 stein_status stein_run_adaptive(stein_sim *sim, double t_end, stein_pace *pace, stein_err *err);
 /** Trial steps of controlled error since the simulation was created, alone or in a batch:
  * accepted ones and rejected ones. A step that is repeated up to an event counts once.
- * It bounds the cost of one motion that is made of many runs. */
+ * It serves to bound the cost of a motion of many runs. */
 long long stein_trials(const stein_sim *sim);
 /** Steps of controlled error that a simulation has taken since it was created, and their kind. */
 typedef struct stein_step_counts {
@@ -125,20 +124,20 @@ typedef struct stein_step_counts {
     long long implicit;  /* those by Rodas5P */
     long long changes;   /* how often they became implicit by themselves */
     double first;        /* when stability limited explicit steps for the first time [s] */
-    double rate;         /* how fast the motion decays that limited them then [1/s]; 0: none did */
-    const char *refused; /* why steps were explicit although stability limited them, or implicit
-                          * ones were asked for; NULL: they were not */
+    double rate;         /* decay rate of the motion that limited them [1/s]; 0: none did */
+    const char *refused; /* why steps were explicit though stability limited them or implicit ones
+                            were requested; NULL: there was no such step */
 } stein_step_counts;
-/** A motion is stiff where explicit steps have to be so short for stability, not for accuracy:
- *  strong damping, stiff springs that have come to rest. Dormand-Prince's last two stages tell how
- *  near h rho is to the border (Hairer, Norsett & Wanner 1993, IV.2); after 15 steps at the border
- *  the following ones are implicit, by Rodas5P (Steinebach 2023, BIT 63:27; order 5(4), L-stable)
- *  on the exact derivatives by state; where the equations have none (loops, couplings, friction
- * that sticks, bodies that turn in all directions, contacts in space) on differences, 48
- * evaluations a joint and step. They are explicit again after 10 steps that explicit ones could
- * have made as well, and near a singular position of loops. Which they are is part of the state.
- * Events are located as in explicit steps. There are no implicit steps with a force hook, a signal
- * or sensitivities, and none in runs of a batch but with STEIN_IMPLICIT.
+/** A motion is stiff where stability, not accuracy, limits explicit steps: strong damping, stiff
+ *  springs that have come to rest. The last two stages of Dormand-Prince estimate how near h rho is
+ *  to the stability border (Hairer, Norsett & Wanner 1993, IV.2). After 15 steps at the border
+ *  steps are implicit, by Rodas5P (Steinebach 2023, BIT 63:27; order 5(4), L-stable) with the exact
+ *  derivatives by state. Equations without these (loops, couplings, friction that sticks, bodies
+ *  that turn in all directions, contacts in space) use differences, 48 evaluations a joint and
+ *  step. After 10 steps that explicit ones could have made, and near a singular position of loops,
+ *  steps are explicit again. The kind of steps is part of the state. Events are located in both
+ *  kinds alike. There are no implicit steps with a force hook, a signal or sensitivities. Runs of a
+ *  batch have them with STEIN_IMPLICIT only.
  */
 void stein_steps_taken(const stein_sim *sim, stein_step_counts *counts);
 /** Tolerance of a step's error estimate with STEIN_CONTROLLED or STEIN_IMPLICIT, as in stein_pace
@@ -154,16 +153,16 @@ double stein_dt(const stein_sim *sim);
 const double *stein_q(const stein_sim *sim);
 const double *stein_qd(const stein_sim *sim);
 const double *stein_qdd(stein_sim *sim);
-/** Put the tree into a state of one's own: q, qd [nq] (contact modes as geometry has them; notches
- *  armed when the beak is below the roof). @return OK, EINVAL (not finite), ESINGULAR */
+/** Set the state: q, qd [nq] (modes of contacts follow from geometry; notches are armed when the
+ *  beak is below the roof). @return OK, EINVAL (not finite), ESINGULAR */
 stein_status stein_set_state(stein_sim *sim, double t, const double *q, const double *qd,
                              stein_err *err);
 /** Largest component of Dormand-Prince's embedded error estimate of the last (sub-)step, over q
  *  [rad or m] and over qd [rad/s or m/s]. @return OK, EINVAL (integrator is RK4, or no step yet) */
 stein_status stein_step_error(const stein_sim *sim, double *eq, double *eqd, stein_err *err);
-/** How fast the fastest contact moves by itself in the current state, by its stiffness, damping or
- *  friction and the masses behind it [1/s]. Steps have to be shorter than 1/rate to follow it.
- *  Changes nothing; costs some evaluations.
+/** Rate of the fastest contact in the current state, from its stiffness, damping or friction and
+ *  the masses behind it [1/s]. Steps have to be shorter than 1/rate to follow it. Changes nothing;
+ *  costs some evaluations.
  *  @param index  out: the contact, or ncontact + the index of a notch; untouched when nothing
  *  touches  @return rate; 0 when nothing touches */
 double stein_stiffest(stein_sim *sim, int *index);
@@ -173,11 +172,12 @@ double stein_stiffest(stein_sim *sim, int *index);
  *  @return smallest eigenvalue of the mass matrix scaled to a diagonal of 1, about the square of
  * the angle between the axes; 1 where there are none. Changes nothing of the motion. */
 double stein_gimbal(stein_sim *sim, int *first, int *last);
-/** Take the free load away at once, or know whether it is there. Models without load: no effect. */
+/** Take the free load away at once; is it present? Models without load: no effect. */
 void stein_load_lift(stein_sim *sim);
 int stein_load_present(const stein_sim *sim);
 /** Put the free load back where the mechanism is now, at rest and flush on its contact, and let it
- * go. Nothing else of the state changes. Models without load: no effect. @return OK, ESINGULAR */
+ * go. The rest of the state does not change. Models without load: no effect. @return OK,
+ * ESINGULAR */
 stein_status stein_load_place(stein_sim *sim, stein_err *err);
 
 /* ---- reading ---- */
@@ -248,16 +248,16 @@ typedef struct stein_held {
     int touches; /* 1; 0: a spot that is apart, and all else is 0 */
     int slips;   /* 0: it sticks; 1, -1: it slips along the coordinate or the tangent, or against */
     double speed; /* of sliding [m/s or rad/s] */
-    double force; /* that holds, along the coordinate or, on the first side, the tangent [N or N m];
-                   * 0 while it slips */
-    double limit; /* up to which it would hold [N or N m] */
-    int shared;   /* 1: it holds nothing that others do not hold, and shares their force */
+    double force; /* holding force along the coordinate or, on the first side, along the tangent [N
+                     or N m]; 0 while it slips */
+    double limit; /* largest holding force [N or N m] */
+    int shared;   /* 1: its constraint is redundant: it shares the force of others */
 } stein_held;
 /** The place [0, nstick) of the model in the current state. @return OK; EINVAL (no such place);
  *  ESINGULAR */
 stein_status stein_stick_read(stein_sim *sim, int place, stein_held *held, stein_err *err);
 
-/* ---- inputs and forces of one's own ---- */
+/* ---- inputs and forces of the user ---- */
 
 /** A signal: u[0] value, u[1] first, u[2] second time derivative at t (only a prescribed motion
  *  needs the derivatives). Called at every derivative evaluation. */
@@ -265,12 +265,12 @@ typedef void stein_signal_fn(void *ctx, double t, double u[3]);
 /** Bind a signal to an input (NULL unbinds). @return OK, ENAME */
 stein_status stein_drive(stein_sim *sim, const char *input, stein_signal_fn *fn, void *ctx,
                          stein_err *err);
-/** Generalised forces of one's own: add to Q [nq] (N m or N). Called at every derivative evaluation
+/** Generalised forces of the user: add to Q [nq] (N m or N). Called at every derivative evaluation
  *  with t, q, qd [nq]; must not call back into the simulation. NULL unbinds. */
 typedef void stein_force_fn(void *ctx, double t, const double *q, const double *qd, double *Q);
 void stein_on_force(stein_sim *sim, stein_force_fn *fn, void *ctx);
 /** Deformation of a contact, or with ncontact + its index of a notch, at the last evaluation of the
- *  forces; a force hook may ask for it.
+ *  forces; a force hook may call it.
  *  @param x, xdot  out: depth [m] and its rate [m/s] where it is deepest; untouched when nothing
  *  touches.  @return 1 when it touches, else 0 */
 int stein_deformation(const stein_sim *sim, int index, double *x, double *xdot);

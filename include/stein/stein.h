@@ -8,12 +8,12 @@
  *       M(q) qdd + c(q, qd, frc, trq) = Q(q, qd)
  *
  *   by the recursive Newton-Euler scheme; this library adds contact detection, force laws, the
- * notch of a piano action, fixed-step integrators and located events. It allocates once per
+ * notch of a piano action, fixed-step integrators and located events. It allocates once a
  * simulation, never prints, never exits, has no globals and is reentrant.
  *
  * CONVENTIONS (all in model.h)
  *   SI units. q, qd, qdd: one coordinate a joint. x to the right, z up, gravity -z. c holds
- * gravity, gyroscopic and applied forces; Q the forces in the joints. Names are those of the file.
+ * gravity, gyroscopic and applied forces; Q the forces in the joints. Names come from the file.
  *
  * EXAMPLE (the program of the README; cc strike.c $(pkg-config --cflags --libs stein))
  *
@@ -37,9 +37,11 @@
  *   }
  *
  * HEADERS
- *   status.h errors   model.h the descriptor and all conventions   sim.h simulations
+ *   status.h errors   model.h the descriptor and all conventions (with output.h)
+ *   sim.h simulations
  *   law.h force laws  load.h equations compiled later              models.h the built-in models
- *   batch.h many simulations side by side   version.h      identity.h are the bits the same?
+ *   batch.h many simulations side by side
+ *   version.h the version         identity.h a hash of standard results
  *   handover.h parameters from another thread, and what a real-time host may rely on
  *   derivative.h exact derivatives of qdd   sensitivity.h derivatives of a whole motion
  *   linear.h a mechanism linearised about an equilibrium
@@ -62,6 +64,7 @@
 #include "stein/load.h"
 #include "stein/model.h"
 #include "stein/models.h"
+#include "stein/output.h"
 #include "stein/sensitivity.h"
 #include "stein/sim.h"
 #include "stein/status.h"

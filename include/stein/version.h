@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT
  * version.h - the version: of these headers, and of the library that is linked.
  *
- * Semantic versioning: a larger MAJOR may break programs, a larger MINOR adds to what there is, a
- * larger PATCH mends. Equations that are compiled into a program carry STEIN_MODEL_ABI beside it.
+ * Semantic versioning: a larger MAJOR may break programs, a larger MINOR adds functions, a larger
+ * PATCH corrects errors. Equations that are compiled into a program carry STEIN_MODEL_ABI beside
+ * it.
  */
 #ifndef STEIN_VERSION_H
 #define STEIN_VERSION_H

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * check.c - stein check: is the file in order, what is in it, what do its equations cost.
+ * check.c - stein check: problems and contents of a file, operations of its equations.
  */
 #include <string.h>
 
@@ -173,7 +173,7 @@ static int print_text(const checked *c, const cli_args *args)
     return code;
 }
 
-/* the records, which are what was asked for */
+/* the records alone */
 static int print_data(const checked *c, const cli_args *args)
 {
     print_title(c);
@@ -228,12 +228,11 @@ static int run(const cli_args *args)
 }
 
 static const cli_option options[] = {
-    {"watch", 0, NULL, "Go on: check again whenever MODEL or DATA change, until Ctrl-C ends it."},
-    CLI_COMMON};
+    {"watch", 0, NULL, "Check again whenever MODEL or DATA change, until Ctrl-C."}, CLI_COMMON};
 
 const cli_command cli_check = {
     .name = "check",
-    .summary = "validate a mechanism file, show what is in it, and look at data",
+    .summary = "validate a mechanism file, show its contents, and audit data",
     .operands = "MODEL [DATA...]",
     .noperands = 1,
     .more = 1,
@@ -243,26 +242,26 @@ const cli_command cli_check = {
         "reported in one run, each as file:line:column: what is wrong, what was expected, which\n"
         "known name is nearest; the line follows with a caret below the place. Without DATA "
         "nothing\n"
-        "is compiled or simulated. For loops and couplings the command tells whether they can be\n"
-        "closed, and how many degrees of freedom they leave.\n"
+        "is compiled or simulated. For loops and couplings the output states whether they can\n"
+        "be closed, and the remaining degrees of freedom.\n"
         "\n"
         "DATA are measured records, CSV files. They are read and audited: sampling, noise, gaps,\n"
-        "rests, wrapped angles. Then every record is simulated once with the numbers of the files\n"
-        "and compared with what was measured. Suspected are a column in another unit than stated\n"
-        "(mm under m, degrees under rad), milliseconds for seconds, an opposite sign, two columns\n"
-        "exchanged, a record of another mechanism, and a `# set` that its record contradicts.\n"
-        "Nothing is fitted: it takes milliseconds a record.",
+        "rests, wrapped angles. Then every record is simulated once with the numbers of the\n"
+        "files and compared with the measurement. The following are suspicions: a column in\n"
+        "another unit than stated (mm under m, degrees under rad), milliseconds for seconds,\n"
+        "an opposite sign, two columns exchanged, a record of another mechanism, a `# set`\n"
+        "that its record contradicts. Nothing is fitted: it takes milliseconds a record.",
     .output =
         "Without DATA: bodies with joint, parent and mass; parameters with value, unit and\n"
         "tolerance; contacts, notches, links; points, inputs, outputs and regulation; and the\n"
-        "operations of the equations, counted as ROBOTRAN counts: additions, multiplications,\n"
-        "unary minuses, divisions, and each sine and cosine as one. M_c and inverse_dynamics are\n"
-        "done at every evaluation with external forces and moments on all bodies; setup is done\n"
-        "once a parameter set.\n"
+        "operations of the equations, counted as in ROBOTRAN: additions, multiplications,\n"
+        "unary minuses, divisions, each sine and cosine as one. M_c and inverse_dynamics are\n"
+        "for every evaluation, with external forces and moments on all bodies; setup is once\n"
+        "a parameter set.\n"
         "\n"
-        "With DATA only the records: the audit of each, its findings behind `!`; and the\n"
-        "suspicions. With a suspicion behind `!` a diagnosis cannot be trusted; the exit status\n"
-        "is then 1.\n"
+        "With DATA only the records: the audit of each, with findings marked `!`, and the\n"
+        "suspicions. With a suspicion marked `!` a diagnosis cannot be trusted; the exit\n"
+        "status is then 1.\n"
         "\n"
         "With --json: {\"model\", \"file\", \"equations\" (hash), \"bodies\", \"parameters\",\n"
         "\"contacts\", \"notches\", \"links\", \"points\", \"inputs\", \"outputs\",\n"

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * check_data.c - stein check MODEL DATA...: what records are worth, and whether they are read as
- * they were meant. Nothing is fitted.
+ * check_data.c - stein check MODEL DATA...: audit of records, and suspicions that they are misread.
+ * Nothing is fitted.
  */
 #include <stdlib.h>
 #include <string.h>

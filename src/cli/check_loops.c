@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * check_loops.c - the loops and couplings of stein check: what they hold together, how many ways to
- * move they leave, and the start positions that close them. For that the equations are compiled.
+ * check_loops.c - the loops and couplings of stein check: their points, the remaining degrees of
+ * freedom, and the closed start positions. For that the equations are compiled.
  */
 #include "cli.h"
 

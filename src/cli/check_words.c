@@ -8,7 +8,7 @@ const char *check__body_name(const mechanism *m, int body)
     return body < 0 ? "frame" : m->bodies[body].name;
 }
 
-/* how many bodies the file has: joints before those of balls are none */
+/* how many bodies the file has: joints of a ball but the last are not listed */
 int check__number_of_bodies(const mechanism *m)
 {
     int n = 0;
@@ -32,7 +32,7 @@ int check__tree_freedom(const mechanism *m)
     return balls > 0 && m->nloop == 0 ? n - balls : 0;
 }
 
-/* what a body of the file hangs on */
+/* parent of a body in the file */
 const char *check__parent_name(const mechanism *m, int body)
 {
     int up = m->bodies[body].parent;
@@ -64,7 +64,7 @@ const char *check__shape_text(const mech_shape *s)
     return s->end != 0 ? "end of line" : s->is_line ? "line" : point ? "point" : "circle";
 }
 
-/* what an input or output refers to */
+/* element of an input or output */
 const char *check__input_target(const mechanism *m, const mech_input *in)
 {
     return in->kind == STEIN_INPUT_POINT ? m->points[in->index].name : m->bodies[in->index].name;
@@ -76,7 +76,7 @@ const char *check__input_kind(int kind)
     return name[kind];
 }
 
-/* what an output reads of; energies are those of the mechanism */
+/* element of an output; energies are those of the mechanism */
 const char *check__target_or_all(const mechanism *m, const mech_channel *c)
 {
     const char *name = mech_target(m, c);
@@ -161,7 +161,7 @@ const char *check__friction_text(const mech_scalar *law, int level, int sticks)
     return !check__acts(law, level) ? "" : sticks ? ", friction that sticks" : ", friction";
 }
 
-/* what a table is read over, and where it sits */
+/* argument and place of a table */
 const char *check__table_of(const mech_table *t)
 {
     static const char *const of[] = {"position", "speed", "depth", "rate"};

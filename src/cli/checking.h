@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * checking.h - what the files of stein check share.
+ * checking.h - shared by the files of stein check.
  * Included by: this folder.
  */
 #ifndef CLI_CHECKING_H
@@ -7,7 +7,7 @@
 
 #include "cli.h"
 
-/* what is checked: the file, and the operation counts of its equations */
+/* the checked files: the file, and the operation counts of its equations */
 typedef struct checked {
     const mechanism *m;
     const gen_result *g;

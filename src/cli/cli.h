@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * cli.h - what the commands of `stein` share. One file a command; only these files print or exit.
+ * cli.h - shared by the commands of `stein`. One file a command; only these files print or exit.
  *
  *   main.c        the table of commands       options.c   parsing, did you mean
  *   help.c        --help                      names.c     lists of names
@@ -27,14 +27,14 @@ typedef struct cli_option {
     const char *help;
 } cli_option;
 
-/** What every command understands, at the end of its table. */
+/** Common options, at the end of every table. */
 #define CLI_COMMON                                                                               \
     {"set", 0, "NAME=VALUE[unit]",                                                               \
      "Override a number of the file, e.g. --set pawl.stop_shift=-0.3mm. Repeatable. A number\n"  \
      "without unit is SI. A structural zero that is set changes the equations: they are then\n"  \
      "generated and compiled again."},                                                           \
         {"inertia", 0, "accept|balance|refuse",                                                  \
-         "What becomes of an inertia that no body can have: taken with a warning, replaced by\n" \
+         "Treatment of an inertia that no body can have: accepted with a warning, replaced by\n" \
          "three equal moments, or refused (the default), for all bodies at once."},              \
         {"json", 0, NULL, "Print one JSON object on standard output and nothing else there."},   \
         {"help", 'h', NULL, "Print this page."},                                                 \
@@ -58,7 +58,7 @@ typedef struct cli_command {
 /** A parsed command line. */
 struct cli_args {
     const cli_command *command;
-    const char *program;            /* as it was called: "stein", "build/stein" */
+    const char *program;            /* its name on the command line: "stein", "build/stein" */
     const char *value[CLI_OPTIONS]; /* last value of each option; "" for a flag; NULL: not given */
     const char *set[CLI_SETS];
     int nset;
@@ -78,7 +78,7 @@ extern const cli_command *const cli_commands[];
 
 /* ---- options.c ---- */
 
-/** Parse what follows the command's name. @return CLI_OK, or CLI_USAGE after a message */
+/** Parse the words after the command's name. @return CLI_OK, or CLI_USAGE after a message */
 int cli_parse(cli_args *args, const cli_command *command, int argc, char **argv);
 /** Value of an option, "" for a flag that was given, NULL when it was not. */
 const char *cli_value(const cli_args *args, const char *option);
@@ -102,7 +102,7 @@ enum { CLI_NAMES = 128 };
  *  @return their number, -1: too many, an empty one, or no memory */
 int cli_names(const char *option, char **memory, const char **name);
 /** Are the names of --free parameters of the equations? @return CLI_OK, or CLI_USAGE after a
- *  message that says what may be meant */
+ *  message with suggestions */
 int cli_free_known(const cli_args *args, const lab_model *model, const char *const *name, int n);
 
 /* ---- help.c ---- */
@@ -154,19 +154,19 @@ typedef struct cli_counts {
     int present, failed;
 } cli_counts;
 cli_counts cli_results_count(const lab_table *table);
-/** Can what -o, --plot and --json ask for be written? @return CLI_OK, or a code after a message */
+/** Can the files of -o, --plot and --json be written? @return CLI_OK, or a code after a message */
 int cli_results_check(const cli_args *args);
-/** Write what they ask for, and a summary. @param only_part  no table without -o
+/** Write these files, and a summary. @param only_part  no table without -o
  *  @return CLI_OK, CLI_FAILED, CLI_NUMERICAL (every point failed) */
 int cli_results(const cli_args *args, const lab_table *table, int only_part);
-/** Tell about damaged lines of a journal, when there are any. */
+/** Report damaged lines of a journal, if there are any. */
 void cli_damaged(int lines);
 
 /* ---- problems.c ---- */
 
 /** A problem of a mechanism file on standard error; where it has a place in the file, the line and
  *  a caret below it (a lab_report_fn).
- *  @param file  its path, as it was given to the reader */
+ *  @param file  its path, as given to the reader */
 void cli_problem(void *file, const char *message);
 
 /* ---- reactions.c ---- */
@@ -182,8 +182,8 @@ void cli_put_reactions(lab__json *out, stein_sim *sim);
 stein_status cli_open(lab_model **model, const cli_args *args, stein_err *err);
 /** Read a mechanism with the overrides alone, without its equations. */
 stein_status cli_mechanism(mechanism **m, const cli_args *args, stein_err *err);
-/** Say what failed on standard error, unless it was told before (no message). @return the exit code
- * of the status */
+/** Print the failure on standard error, unless the message is empty. @return the exit code of the
+ * status */
 int cli_failed(stein_status status, const stein_err *err);
 /** Flush standard output. @return code, or CLI_FAILED when it could not be written */
 int cli_finish(int code);
@@ -197,7 +197,7 @@ typedef struct cli_progress {
 void cli_progress_begin(cli_progress *p, const char *what);
 void cli_progress_show(cli_progress *p, double fraction);
 void cli_progress_end(cli_progress *p);
-/** A bar on a terminal, elsewhere a line now and then. @param ctx  the cli_progress */
+/** A bar on a terminal, else a line now and then. @param ctx  the cli_progress */
 void cli_progress_step(void *ctx, double fraction, const char *step);
 /** The same while data are read (a lab_read_progress_fn). */
 void cli_progress_read(void *ctx, double fraction);

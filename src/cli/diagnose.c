@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * diagnose.c - stein diagnose: what the simulation gets wrong, from measured strokes.
+ * diagnose.c - stein diagnose: effects that a simulation lacks, from measured records.
  */
 #include <errno.h>
 #include <stdlib.h>
@@ -225,36 +225,80 @@ static int open_data(job *j)
     return status == STEIN_OK ? CLI_OK : cli_failed(status, &err);
 }
 
-/* what the audit of a stroke doubts; only the first lines of all strokes are shown */
-static stein_status tell_findings(const lab_data *data, int *told, stein_err *err)
+/* findings of the audits; the same sentence about several records is one */
+typedef struct findings {
+    int n, more; /* kept and shown; others, each counted */
+    struct {
+        char *text;
+        const char *file; /* first record */
+        int records;
+    } item[FINDINGS];
+} findings;
+
+static stein_status keep_finding(findings *f, const char *file, const char *text, stein_err *err)
+{
+    for (int i = 0; i < f->n; i++) {
+        if (strcmp(f->item[i].text, text) == 0) {
+            f->item[i].records++;
+            return STEIN_OK;
+        }
+    }
+    if (f->n == FINDINGS) {
+        f->more++;
+        return STEIN_OK;
+    }
+    char *copy = lab__text("%s", text);
+    if (copy == NULL) {
+        return lab__no_memory(err);
+    }
+    f->item[f->n].text = copy;
+    f->item[f->n].file = file;
+    f->item[f->n].records = 1;
+    f->n++;
+    return STEIN_OK;
+}
+
+static stein_status audit_one(const lab_data *data, findings *f, stein_err *err)
 {
     lab_audit *audit = NULL;
     stein_status status = lab_audit_create(&audit, data, err);
     for (int i = 0; status == STEIN_OK && i < audit->nfinding; i++) {
-        if ((*told)++ < FINDINGS) {
-            fprintf(stderr, "%s: %s\n", data->file, audit->finding[i]);
-        }
+        status = keep_finding(f, data->file, audit->finding[i], err);
     }
     lab_audit_destroy(audit);
     return status;
 }
 
+static void print_findings(findings *f)
+{
+    for (int i = 0; i < f->n; i++) {
+        if (f->item[i].records > 1) {
+            fprintf(stderr, "%s and %d more: %s\n", f->item[i].file, f->item[i].records - 1,
+                    f->item[i].text);
+        } else {
+            fprintf(stderr, "%s: %s\n", f->item[i].file, f->item[i].text);
+        }
+        free(f->item[i].text);
+    }
+    if (f->more > 0) {
+        fprintf(stderr, "%d findings more, all of them are in the report\n", f->more);
+    }
+}
+
 static int audit_data(const job *j)
 {
     stein_err err = {STEIN_OK, ""};
-    int told = 0;
+    findings found = {.n = 0};
     stein_status status = cli_value(j->args, "trust-settings") == NULL
                               ? lab_data_check_settings(j->data, j->model, on_report, NULL, &err)
                               : STEIN_OK;
     if (status == STEIN_EPARSE) {
-        err.msg[0] = '\0'; // told one by one
+        err.msg[0] = '\0'; // reported one by one
     }
     for (int s = 0; status == STEIN_OK && s < j->data->n; s++) {
-        status = tell_findings(j->data->stroke[s], &told, &err);
+        status = audit_one(j->data->stroke[s], &found, &err);
     }
-    if (told > FINDINGS) {
-        fprintf(stderr, "%d findings more, all of them are in the report\n", told - FINDINGS);
-    }
+    print_findings(&found);
     return status == STEIN_OK ? CLI_OK : cli_failed(status, &err);
 }
 
@@ -275,7 +319,7 @@ static stein_status copy_to_stdout(const char *path, stein_err *err)
     return STEIN_OK;
 }
 
-/* Is there something to extend by? What an earlier run found must not lie beside another verdict.
+/* Is there something to extend by? The file of an earlier run must not lie beside another verdict.
  */
 static stein_status write_extended(const job *j, const char *path, stein_err *err)
 {
@@ -408,39 +452,39 @@ static int run(const cli_args *args)
 static const cli_option options[] = {
     {"output", 'o', "DIR", "The folder of the results; it is made when it is missing."},
     {"held-out", 0, "FILE,...",
-     "Records to judge by: nothing is fitted to them. Repeatable. Without it some of the\n"
-     "records (or blocks of one long record) are set aside."},
+     "Reporting records: no fit reads them. Repeatable. Without it some of the records (or\n"
+     "blocks of one long record) are held out."},
     {"holdout", 0, "DATA...", "The same; all words up to the next option are files."},
     {"free", 0, "NAME,...",
      "Numbers of the file to refit besides those whose tolerance it states."},
     {"without", 0, "WORD,...",
      "Effects that are hidden from the search, as if the table lacked them: kinds, sites\n"
-     "(joint, contact, channel ...), classes (sensor, input ...) or all. What they would have\n"
-     "explained is then a law to be recovered."},
+     "(joint, contact, channel ...), classes (sensor, input ...) or all. Their\n"
+     "contribution is then a law to be recovered."},
     {"smooth", 0, "FREQUENCY",
-     "Measured motions are taken as motion up to this frequency, of which half is kept, e.g.\n"
-     "12Hz. Without it: as far as the noise of the motion allows, or, where the force that it\n"
-     "needed was measured, too, as far as that shows it."},
+     "Cut-off frequency of measured motions, at which half is kept, e.g. 12Hz. Without it\n"
+     "the noise of the motion decides, or the measured force of the motion, if there is\n"
+     "one."},
     {"budget", 0, "N|Ss", "The search ends after N simulations of records, or S seconds."},
     {"trace", 0, "FILE",
      "Every fit of the search, one JSON object a line: hypothesis, evidence, cost."},
     {"explain", 0, "KIND@PLACE", "Why this candidate is not the verdict, with its numbers."},
     {"trust-settings", 0, NULL,
-     "Go on with records that move far from what their own \"# set\" lines say."},
+     "Accept records whose motion contradicts their own \"# set\" lines."},
     {"jobs", 'j', "N", "Threads; default: one a processor. Results do not depend on it."},
     CLI_COMMON};
 
 const cli_command cli_diagnose = {
     .name = "diagnose",
-    .summary = "what the simulation gets wrong: the cause, from measured records",
+    .summary = "the physical effect that a simulation lacks, from measured records",
     .operands = "MODEL DATA...",
     .noperands = 2,
     .more = 1,
     .options = options,
     .description =
-        "Compares a model with measured records and reports: where and when they differ, which\n"
-        "physical effect explains the difference, which others would explain it as well, and how\n"
-        "much better the extended model predicts records that it was not fitted to.\n"
+        "Compares a model with measured records and reports the place and time of\n"
+        "differences, the physical effect that explains them, rival effects that explain them\n"
+        "as well, and the errors of model and extended model on records that were not fitted.\n"
         "\n"
         "Candidates are the effects of `stein effects MODEL` at every place of the mechanism. "
         "Each\n"
@@ -448,17 +492,17 @@ const cli_command cli_diagnose = {
         "record to record. The best hypotheses are fitted in full; the evidence of the fitted\n"
         "records decides. Records held out are read last and only measure the gain.\n"
         "\n"
-        "Agreement in position proves little about forces. Where a channel shows how the driven\n"
-        "joint moved and an input can prescribe that motion, a second check is made: the joint\n"
-        "moves as measured, and the force that this needs is compared with the force that acted,\n"
-        "with and without the causes. The check supports the verdict, contradicts it or cannot\n"
-        "tell; it does not change the verdict.\n"
+        "Agreement in position proves little about forces. If a channel measures the motion\n"
+        "of the driven joint and an input can prescribe it, there is a second check. The\n"
+        "measured motion is prescribed, and the required force is compared with the force\n"
+        "that acted, with and without the causes. The check supports the verdict, contradicts\n"
+        "it or cannot decide; it does not change the verdict.\n"
         "\n"
         "The data are audited first: an error in a file is reported with its line, and no verdict\n"
         "is given. The verdict is one of\n"
         "  explained        noise and variation from record to record are enough\n"
-        "  wrong_parameter  a number of the file, or one that a record states, is wrong\n"
-        "  sensor           an instrument errs\n"
+        "  wrong_parameter  a number of the file, or a setting of a record, is wrong\n"
+        "  sensor           an instrument is wrong\n"
         "  input            the drive of the mechanism differs from what the record states\n"
         "  missing_effect   physics that the file lacks\n"
         "  unknown_effect   records and model differ, and no candidate explains it\n"
@@ -474,7 +518,7 @@ const cli_command cli_diagnose = {
         "\"motion_check\": {\"says\": supports, contradicts, cannot_tell or not_done, \"why\",\n"
         "\"of_force\", \"of_channels\", \"all\", \"errors\": [...], \"stroke\"},\n"
         "\"changed_after\": the last record before a change, \"wrong_setting\" of one record,\n"
-        "\"settings_off\", \"verified\": extended.yaml, read again, leaves what its fit left,\n"
+        "\"settings_off\", \"verified\": extended.yaml, read again, has the residual of its fit,\n"
         "\"noise_floor\", \"audit\", \"suspects\": [{\"kind\", \"place\", \"presence\",\n"
         "\"detectable\", \"upper_limit\"}]}, presence one of present, absent, weak, not_testable;\n"
         "report.html, one self-contained page; extended.yaml, the mechanism file with the cause "

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * effects.c - stein effects: what a model may get wrong, and where.
+ * effects.c - stein effects: effects that a model may lack, and their places.
  */
 #include <stdlib.h>
 #include <string.h>
@@ -177,21 +177,19 @@ static const cli_option options[] = {CLI_COMMON};
 
 const cli_command cli_effects = {
     .name = "effects",
-    .summary = "kinds of effects a model may lack, and where they could sit",
+    .summary = "kinds of effects that a model may lack, and their possible places",
     .operands = "[MODEL]",
     .noperands = 0,
     .more = 1,
     .options = options,
     .description =
-        "Without MODEL: the table of all kinds of effects - class, equation, what it looks like,\n"
-        "what is hard to tell from it. With MODEL: every place of that mechanism where one could\n"
-        "sit, the parameter that switches it on, and how large it may plausibly be, by the\n"
-        "mechanism's own weights, springs and motion. A neutral parameter does nothing; any of "
-        "them\n"
-        "can be tried with --set in every command. Kinds that need one more part or degree of\n"
-        "freedom say so: they are simulated in an extended mechanism. What is \"also called\" "
-        "another\n"
-        "name is exactly the same change.",
+        "Without MODEL: the table of all kinds of effects, with class, equation, appearance,\n"
+        "and kinds that are hard to separate from it. With MODEL: every possible place in\n"
+        "that mechanism, the parameter that switches the effect on, and its largest plausible\n"
+        "size, from the mechanism's own weights, springs and motion. A neutral parameter has\n"
+        "no effect; --set changes it in every command. Kinds that need one more part or\n"
+        "degree of freedom are marked: they are simulated in an extended mechanism. \"also\n"
+        "called\" lists names with exactly the same effect.",
     .output = "Text, or with --json {\"effects\": [{\"kind\", \"class\", \"site\", \"size\", "
               "\"parameter\",\n"
               "\"side\", \"equation\", \"looks_like\", \"hard_to_tell_from\", \"needs\", "

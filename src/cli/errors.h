@@ -9,7 +9,7 @@
 #include "cli.h"
 #include "accuracy.h"
 
-/** A run that is over, and what was seen on the way. */
+/** A finished run, and its observations. */
 typedef struct cli_errors {
     const stein_model *model;
     const lab__accuracy *trust;

@@ -50,7 +50,8 @@ static int read_names(job *j)
 {
     const char *free = cli_value(j->args, "free"), *profile = cli_value(j->args, "profile");
     if (free == NULL) {
-        return cli_misuse(j->args->command, "what is to be fitted? expected --free NAME,...");
+        return cli_misuse(j->args->command,
+                          "which numbers are to be fitted? expected --free NAME,...");
     }
     j->def.nfree = cli_names(free, &j->text[0], j->free);
     j->def.free = j->free;
@@ -144,7 +145,7 @@ static void print_weakest(const lab_fit *fit)
     if (fit->nvalue < 2 || !(fit->weakest_sd > 1.0)) {
         return;
     }
-    printf("the data hardly tell this combination (%.3g prior sd):", fit->weakest_sd);
+    printf("the data hardly determine this combination (%.3g prior sd):", fit->weakest_sd);
     for (int k = 0; k < fit->nvalue; k++) {
         if (fabs(fit->weakest[k]) > 0.2) {
             printf(" %+.2f %s", fit->weakest[k], fit->value[k].name);
@@ -170,7 +171,7 @@ static void print_text(const job *j)
            fit->nstroke, fit->nstroke == 1 ? "" : "s", fit->chi2_dof, fit->band_lo, fit->band_hi,
            fit->noise_given ? "" : ", noise estimated");
     for (int i = 0; i < fit->npair; i++) {
-        printf("the data hardly tell %s from %s (correlation %.4f)\n",
+        printf("the data hardly distinguish %s from %s (correlation %.4f)\n",
                fit->value[fit->pair[i].a].name, fit->value[fit->pair[i].b].name,
                fit->pair[i].correlation);
     }
@@ -274,18 +275,18 @@ static const cli_option options[] = {
      "logarithms."},
     {"output", 'o', "FILE.yaml",
      "The mechanism file with the fitted numbers in their places and their standard\n"
-     "deviations as tolerances; comments stay, the head says what was fitted to what."},
+     "deviations as tolerances; comments stay; the head states numbers and records of the fit."},
     {"jobs", 'j', "N", "Threads; default: one a processor. Results do not depend on it."},
     {"journal", 0, "FILE",
-     "Keep the state of the search in FILE and go on from there, with the same result,\n"
-     "when the same command is run again after an interruption."},
+     "Keep the state of the search in FILE. After an interruption the same command\n"
+     "continues from it, with the same result."},
     {"starts", 0, "N",
      "Searches from different places, default 3; more than half of them have to agree. The\n"
      "rest is left out when enough agree and the residual is noise."},
-    {"robust", 0, NULL, "Bisquare weights: single bad frames lose their weight."},
+    {"robust", 0, NULL, "Bisquare weights: single bad frames get little weight."},
     {"profile", 0, "NAME,...",
-     "Profile likelihood of these parameters: how far each can go while all others are\n"
-     "fitted again. `flagged`: of the (first three) that the data hardly tell apart."},
+     "Profile likelihood of these parameters: their intervals with all others refitted.\n"
+     "`flagged`: the first three that the data hardly distinguish."},
     {"prior", 0, "FRACTION", "Relative sd of a number without tolerance; default 0.3."},
     {"offset", 0, "LENGTH",
      "Prior sd of the offset of every marker, default 0.2mm (an angle: over 100 mm); 0: none."},
@@ -310,11 +311,10 @@ const cli_command cli_fit = {
         "simulated\n"
         "with its `# set` values and its measured inputs and compared at its own times. The "
         "weights\n"
-        "are `# noise`, or the noise that the audit estimates. Each record has unknowns of its "
-        "own\n"
-        "that are fitted too: the time of an unsynchronised trigger, an offset of every marker,\n"
-        "factors on its friction and drive, and the initial state, from the first samples, unless\n"
-        "the record states it.\n"
+        "are `# noise`, or the noise that the audit estimates. Further unknowns of each\n"
+        "record are fitted too: the time of an unsynchronised trigger, an offset of every\n"
+        "marker, factors on its friction and drive, and the initial state (it starts from the\n"
+        "first samples) unless the record states it.\n"
         "\n"
         "A false minimum looks like missing physics. So the fit starts from several points: the\n"
         "file's numbers and points spread over the priors; unless these agree, also with an\n"

@@ -126,7 +126,7 @@ static void hold(void *ctx, double t, double u[3])
     u[0] = ((const value *)ctx)->x;
 }
 
-/* of a tree: as it stands, but for what is stated */
+/* of a tree: the initial state, with the stated changes */
 static stein_status put_state(job *j, stein_err *err)
 {
     int n = j->equations->nq;
@@ -245,11 +245,11 @@ static int run(const cli_args *args)
 
 static const cli_option options[] = {
     {"at", 0, "STATE",
-     "equilibrium: static, next to the initial positions (the default). initial: as the file\n"
-     "begins. Or JOINT=VALUE[unit],... and JOINT.speed=VALUE[unit]: the initial state, but for\n"
-     "these; with loops the other joints follow."},
+     "equilibrium: static, next to the initial positions (the default). initial: the\n"
+     "file's initial state. JOINT=VALUE[unit],... and JOINT.speed=VALUE[unit]: the initial\n"
+     "state with these values; with loops the other joints follow."},
     {"input", 0, "NAME=VALUE[unit],...",
-     "What inputs are held at, a force or a prescribed position. Without it forces are 0."},
+     "Constant values of inputs, a force or a prescribed position. Without it forces are 0."},
     {"load", 0, NULL, "With the free load of the file resting on its place; without: it is away."},
     {"output", 'o', "FILE.csv", "A, B, C and D as a table; - is standard output."},
     CLI_COMMON};
@@ -267,14 +267,14 @@ const cli_command cli_linearise = {
         "independent ones. A joint that an input moves (idle: hold, or --input) is a coordinate\n"
         "as well; its input is its acceleration. Delays of inputs and instruments are left out.\n"
         "\n"
-        "Closed contacts act with the stiffness and damping that they have there, open ones do\n"
-        "not act; one that is just at its edge is told. Smooth friction at rest is viscous, A/vt.\n"
-        "A is by the exact derivatives of the generated equations, or, where they have none\n"
-        "(loops, couplings, bodies and contacts in space, friction that sticks), by extrapolated\n"
-        "differences, whose error is told.\n"
+        "Closed contacts act with their stiffness and damping in this state, open ones do not\n"
+        "act; contacts at their edge are listed. Smooth friction at rest is viscous, A/vt. A\n"
+        "comes from the exact derivatives of the generated equations. Mechanisms with loops,\n"
+        "couplings, bodies or contacts in space, or friction that sticks have none: A then\n"
+        "comes from extrapolated differences, and its error is printed.\n"
         "\n"
-        "The state has to be an equilibrium or a steady motion, as of a wheel that turns evenly;\n"
-        "else the command tells the largest acceleration and ends with status 3.",
+        "The state has to be an equilibrium or a steady motion, such as a wheel at constant\n"
+        "speed; else the command prints the largest acceleration and ends with status 3.",
     .output =
         "Eigenvalues of A, without joints that inputs move: frequency |s|/(2 pi), damping ratio\n"
         "-Re s/|s|, and the joint with the largest share of the kinetic energy. Then A, B, C, D\n"

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * linearise.h - what the two files of stein linearise share.
+ * linearise.h - shared by the two files of stein linearise.
  * Included by: this folder.
  */
 #ifndef LINEARISE_H

@@ -20,7 +20,7 @@ static void overview(FILE *stream)
     for (int i = 0; i < COMMANDS; i++) {
         fprintf(stream, "  %-10s %s\n", cli_commands[i]->name, cli_commands[i]->summary);
     }
-    fprintf(stream, "\nstein help COMMAND explains one; stein --version tells the version.\n"
+    fprintf(stream, "\nstein help COMMAND explains one; stein --version prints the version.\n"
                     "MODEL is a mechanism file, e.g. models/stein1788.yaml.\n");
 }
 

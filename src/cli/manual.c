@@ -137,9 +137,10 @@ void cli_manual_overview(void)
            ".SH SYNOPSIS\n\\fBstein\\fR \\fICOMMAND MODEL\\fR [\\fIoptions\\fR]\n");
     section("DESCRIPTION",
             "Writes the equations of motion of a mechanism from a description file, simulates it\n"
-            "with contacts, fits it to measured records, and says what the simulation gets wrong.\n"
-            "MODEL is a mechanism file in YAML: bodies, joints, contacts, inputs, outputs. Its\n"
-            "first mechanism is the piano action that Johann Andreas Stein built in 1788.\n"
+            "with contacts, fits it to measured records, and names the physical effects that the\n"
+            "simulation lacks. MODEL is a mechanism file in YAML: bodies, joints, contacts,\n"
+            "inputs, outputs. Its first mechanism is the piano action that Johann Andreas Stein\n"
+            "built in 1788.\n"
             "\n"
             "Equations that are not built in are generated, compiled with the system's C compiler\n"
             "into a cache and loaded. Changing a number never needs a compiler.");

@@ -46,7 +46,7 @@ static int run(const cli_args *args)
         fprintf(stderr, "%s\n",
                 cli_value(args, "partial") != NULL
                     ? ""
-                    : "; compute them, or take what is there with --partial");
+                    : "; compute them, or use --partial for the present ones");
     }
     if (missing == 0 || cli_value(args, "partial") != NULL) {
         code = cli_results(args, table, 0);
@@ -62,7 +62,7 @@ static const cli_option options[] = {
      "The table; - is standard output, which is the default. A file appears whole or not\n"
      "at all."},
     {"plot", 0, "FILE.svg", "Draw it, as in stein sweep."},
-    {"partial", 0, NULL, "Take what is there when points are missing."},
+    {"partial", 0, NULL, "Accept missing points."},
     {"json", 0, NULL, "Print one JSON object on standard output and nothing else there."},
     {"help", 'h', NULL, "Print this page."},
     {NULL, 0, NULL, NULL}};

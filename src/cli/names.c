@@ -43,7 +43,7 @@ int cli_free_known(const cli_args *args, const lab_model *model, const char *con
                                 m->name, nearest)
                    : cli_misuse(args->command,
                                 "--free %s: no such parameter in \"%s\" (a number that is 0 in the "
-                                "file is not in its equations: --set %s=... brings it in)",
+                                "file is not in its equations: --set %s=... adds it)",
                                 name[k], m->name, name[k]);
     }
     free(names);

@@ -10,7 +10,7 @@
 
 static const char ending[] = ".yaml";
 
-/* what stands in the starter for words that differ from user to user */
+/* placeholders in the starter */
 enum { WORDS = 3 };
 typedef struct words {
     const char *name, *file, *program;
@@ -103,8 +103,8 @@ static int make(const cli_args *args, const char *name, const char *stem, const 
                           MECH_NAME - 2);
     }
     if (access(path, F_OK) == 0) {
-        return cli_failed(
-            lab__fail(&err, STEIN_EIO, "%s is there already and stays as it is", path), &err);
+        return cli_failed(lab__fail(&err, STEIN_EIO, "%s exists already and is not changed", path),
+                          &err);
     }
     stein_status status = write_starter(path, &w, &err);
     if (status != STEIN_OK) {
@@ -143,8 +143,8 @@ const cli_command cli_new = {
     .options = options,
     .description =
         "Writes NAME.yaml: a rod on a pin, with a comment at each line and further lines\n"
-        "commented out. It can be checked, drawn, simulated and diagnosed as it is.\n"
-        "NAME may have a folder before it. A file that is there already is an error.",
+        "commented out. It can be checked, drawn, simulated and diagnosed without changes.\n"
+        "NAME may include a folder. An existing file is an error.",
     .output = "NAME.yaml; its path is printed. With --json: {\"model\", \"file\"}.",
     .examples = "stein new swing\n"
                 "stein simulate swing.yaml --plot swing.svg",

@@ -2,8 +2,8 @@
  * options.c - the command line: --name VALUE, --name=VALUE, -n VALUE, -nVALUE, and -- to end
  * options.
  *
- * Own code instead of getopt_long: that is no POSIX, abbreviates silently (--se), and cannot say
- * which option was meant.
+ * Own code instead of getopt_long: that is not POSIX, accepts abbreviations silently (--se), and
+ * cannot suggest an option.
  */
 #include <stdarg.h>
 #include <stdlib.h>
@@ -173,7 +173,7 @@ static int store(cli_args *args, int option, const char *value)
     return CLI_OK;
 }
 
-/* one option word; *at moves past a value of its own, or past all of them */
+/* one option word; *at moves past its value, or past all values */
 static int take_option(cli_args *args, const char *word, int argc, char **argv, int *at)
 {
     const cli_command *command = args->command;

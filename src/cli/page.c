@@ -60,25 +60,26 @@ const cli_command cli_page = {
     .noperands = 1,
     .options = options,
     .description =
-        "Writes one HTML file that needs nothing else, no network and no server: open it in a\n"
-        "browser. It holds the simulation itself - the library's core and the equations of MODEL,\n"
-        "compiled to WebAssembly - and shows the mechanism drawn to scale, moving in slow motion\n"
-        "or real time. Press the key with mouse, finger or space bar, or let the load go; turn "
-        "the\n"
-        "regulation while it runs. Traces, a table of strokes and, for a piano action, escapement\n"
-        "against the stop's place grow beside it.\n\n"
-        "The sliders are those of the file's section `regulation`; without one, its own "
-        "parameters\n"
-        "and, if these are few, others. A slider moves its number little by little, so that\n"
-        "nothing jumps in a contact that is closed.\n\n"
-        "Needs a compiler for WebAssembly: apt-get install clang lld wasi-libc. It runs\n"
-        "once for a mechanism, the module goes into the cache; numbers need no compiler. The\n"
-        "variable WASM_CC names another clang, WASI_SYSROOT another place of wasi-libc than /usr.",
-    .output = "FILE.html, written whole or not at all. Its path is printed; with --json:\n"
-              "{\"model\", \"file\", \"bytes\", \"module_bytes\", \"hash\"}. hash is of the state "
-              "at the end "
-              "of the\n"
-              "file's own run (FNV-1a): the page works it out again in the browser and shows both.",
+        "Writes one self-contained HTML file that needs no network and no server: open it in\n"
+        "a browser. It holds the library's core and the equations of MODEL, compiled to\n"
+        "WebAssembly. It shows the mechanism drawn to scale, moving in slow motion or real\n"
+        "time. Press the key with mouse, finger or space bar, or release the load; change the\n"
+        "regulation while it runs. Beside the drawing are traces, a table of strokes and, for\n"
+        "a piano action, a chart of escapement against the stop's place.\n"
+        "\n"
+        "The sliders are the numbers of the file's section `regulation`; without one, its own\n"
+        "parameters and, if these are few, others. A slider moves its number gradually, so\n"
+        "that no closed contact jumps.\n"
+        "\n"
+        "Needs a compiler for WebAssembly: apt-get install clang lld wasi-libc. It runs once\n"
+        "for a mechanism and the cache keeps the module; changed numbers need no compiler.\n"
+        "The variable WASM_CC names another clang, WASI_SYSROOT another place of wasi-libc\n"
+        "than /usr.",
+    .output =
+        "FILE.html, written whole or not at all. Its path is printed; with --json:\n"
+        "{\"model\", \"file\", \"bytes\", \"module_bytes\", \"hash\"}. hash is of the state\n"
+        "at the end of the file's own run (FNV-1a): the page computes it again in the browser\n"
+        "and shows both.",
     .examples = "stein page models/stein1788.yaml -o page.html\n"
                 "stein page models/stein1788.yaml --set pawl.stop_shift=-0.5mm -o left.html",
     .run = run,

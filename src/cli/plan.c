@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * plan.c - stein plan: the next experiment, when a diagnosis cannot tell its causes apart.
+ * plan.c - stein plan: the next experiment, when a diagnosis cannot separate causes.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -54,7 +54,7 @@ static int read_options(job *j)
     return cli_threads(j->args, &j->def.threads);
 }
 
-/* ---- what is printed ---- */
+/* ---- output ---- */
 
 static void print_name(const char *text)
 {
@@ -190,10 +190,11 @@ static const cli_option options[] = {
      "Channels that can be measured, too, separated by commas, or none; default: every place, "
      "angle and force on the ground."},
     {"odds", 0, "N", "Odds wanted between the cause and its rivals; default 100."},
-    {"before", 0, NULL, "Before anything is measured: what could records like --records tell?"},
+    {"before", 0, NULL,
+     "Before anything is measured: the detectability of effects in records like --records"},
     {"channels", 0, "NAMES", "Outputs that will be measured, separated by commas (--before)."},
     {"records", 0, "TEXT",
-     "Records that are meant (--before), \"[N x] TIME at RATE [with NAME=VALUE[unit], ...]\",\n"
+     "Planned records (--before), \"[N x] TIME at RATE [with NAME=VALUE[unit], ...]\",\n"
      "several separated by semicolons."},
     {"noise", 0, "NAME=VALUE,...",
      "Noise of one sample (--before); default: 1 mrad of an angle, 0.1 mm of a place, 1 % of\n"
@@ -203,37 +204,38 @@ static const cli_option options[] = {
 
 const cli_command cli_plan = {
     .name = "plan",
-    .summary = "the next experiment, when a diagnosis cannot tell causes apart",
+    .summary = "the next experiment, when a diagnosis cannot separate causes",
     .operands = "MODEL DIAGNOSIS.json",
     .noperands = 1,
     .more = 1,
     .options = options,
     .description =
-        "A diagnosis may end with a cause and rivals that the records cannot tell from it\n"
-        "(\"indistinguishable\" of its diagnosis.json). This command looks for an experiment that\n"
-        "separates them. Every possible experiment is simulated with the cause and with each\n"
-        "rival, with their fitted numbers: other settings, load or start, a prescribed motion\n"
-        "(also half of it and back), a force, the string removed, a mass added, another channel,\n"
-        "a faster camera, a supposed wire or damper taken off (# set key_wire.k: 0); where one\n"
-        "change is not enough, up to three at once. Differences that uncertain numbers, trigger,\n"
-        "offsets or scatter of the records can explain do not count. Checks without a record are\n"
-        "listed as well: an instrument beside a plumb line, a scale, a light or a clock, a length\n"
-        "with calipers, a body on a balance or a knife edge, a felt in a press. Their result is\n"
-        "stated in the files of all records (# known NAME: VALUE) and is known from then on.\n"
+        "A diagnosis may end with a cause and rivals that the records cannot separate\n"
+        "(\"indistinguishable\" of its diagnosis.json). This command looks for an experiment\n"
+        "that separates them. Every possible experiment is simulated with the cause and with\n"
+        "each rival, with their fitted numbers: other settings, load or start, a prescribed\n"
+        "motion (also half of it and back), a force, the string removed, a mass added,\n"
+        "another channel, a faster camera, a supposed wire or damper taken off (# set\n"
+        "key_wire.k: 0); where one change is not enough, up to three at once. Differences\n"
+        "that uncertain numbers, trigger, offsets or scatter of the records can explain do\n"
+        "not count. Checks without a record are listed as well: an instrument beside a plumb\n"
+        "line, a scale, a light or a clock, a length with calipers, a body on a balance or a\n"
+        "knife edge, a felt in a press. Their result is stated in the files of all records (#\n"
+        "known NAME: VALUE) and is known from then on.\n"
         "\n"
-        "The best experiment needs few records against the rival that is hardest to separate,\n"
-        "stays near the records so far (\"beyond\": 1 within them, 2 twice the force), where the\n"
-        "model has been compared, and separates the rivals from each other (\"all_pairs\").\n"
+        "The best experiment needs few records against the rival that is hardest to separate.\n"
+        "It stays near the present records, where the model has been compared (\"beyond\": 1\n"
+        "within them, 2 twice the force). It also separates the rivals from each other\n"
+        "(\"all_pairs\").\n"
         "\n"
         "MODEL is the mechanism file that was diagnosed, with the same --set.\n"
         "\n"
-        "stein plan --before MODEL --channels NAMES --records TEXT needs no diagnosis. The "
-        "records\n"
-        "that are planned are simulated with the numbers of the file. For each effect and place\n"
-        "the table lists the size from which on it would be named with 95 %, and which other\n"
-        "effects would explain the records as well, up to which size. The same follows with each\n"
-        "channel, setting, start, load and motion that could be added, and its cost: a record\n"
-        "more counts 1, another set-up 4.",
+        "stein plan --before MODEL --channels NAMES --records TEXT needs no diagnosis. The\n"
+        "planned records are simulated with the numbers of the file. For each effect and\n"
+        "place the table lists the least size that would be named with 95 % probability, and\n"
+        "the other effects that would explain the records as well, up to a size. The same\n"
+        "follows with each possible addition (channel, setting, start, load, motion) and its\n"
+        "cost: one more record counts 1, another set-up 4.",
     .output =
         "A table: the experiment, 2 ln of the odds expected from one record, the value that 9 of "
         "10\n"

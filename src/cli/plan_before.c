@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * plan_before.c - stein plan --before: which causes records could tell apart.
+ * plan_before.c - stein plan --before: which causes planned records could separate.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -43,7 +43,7 @@ static int read_options(job *j)
     return code == CLI_OK ? cli_threads(j->args, &j->def.threads) : code;
 }
 
-/* ---- what is printed ---- */
+/* ---- output ---- */
 
 static void pad(const char *text, int width)
 {
@@ -87,7 +87,7 @@ static void print_cause(const lab_before *b, int i)
     printf("\n");
 }
 
-/* what cannot be named, reasons that several share once */
+/* candidates that cannot be named; a common reason is printed once */
 static void print_others(const lab_before *b)
 {
     char text[CLI_TEXT];

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * results.c - the results of stein sweep and stein merge: table, picture, JSON, summary.
  *
- * The table goes to -o, or to standard output when nothing else is asked for there; the summary
+ * The table goes to -o, or to standard output if that is not used otherwise; the summary
  * goes to standard error when the table is on standard output.
  */
 #include <math.h>
@@ -21,7 +21,7 @@ int cli_results_check(const cli_args *args)
     }
     const char *const path[] = {table, picture};
     for (int i = 0; i < 2; i++) {
-        lab__file probe; // better told now than after the work
+        lab__file probe; // reported before the work, not after it
         if (path[i] == NULL || lab__is_stdout(path[i])) {
             continue;
         }

@@ -46,11 +46,11 @@ const cli_command cli_show = {
     .noperands = 1,
     .options = options,
     .description =
-        "Draws MODEL to scale in the state that its file begins with, seen in the plane that it\n"
-        "moves in (x-z where there are contacts): bodies from their joint to all that they carry,\n"
-        "revolute joints as rings, sliding ones as boxes, centres of mass as dots, surfaces of\n"
-        "contacts and notches, links as springs, loops as rods or rings, inputs as arrows, each\n"
-        "with its name.",
+        "Draws MODEL to scale in its initial state, in its plane of motion (x-z if there are\n"
+        "contacts), with the names of the parts. Bodies are lines from their joint to their\n"
+        "points and children, revolute joints rings, sliding joints boxes, centres of mass\n"
+        "dots, links springs, loops rods or rings, inputs arrows. Surfaces of contacts and\n"
+        "notches are drawn too.",
     .output = "An SVG that any browser shows, light or dark. With -o its path is printed; with\n"
               "--json: {\"model\", \"file\"}.",
     .examples = "stein show models/stein1788.yaml -o action.svg\n"

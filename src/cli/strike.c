@@ -134,7 +134,7 @@ static void on_event(void *ctx, stein_sim *sim, const stein_event *event)
     }
 }
 
-/* what watches the run */
+/* observers of the run */
 static stein_status prepare_errors(job *j, stein_err *err)
 {
     stein_status status = stein_set_tolerance(j->sim, j->tolerance, err);
@@ -421,12 +421,13 @@ static int run(const cli_args *args)
 static const cli_option options[] = {
     {"until", 0, "T", "Simulate so long, e.g. 0.3s or 300ms; default: that of the file."},
     {"release", 0, "T",
-     "Lift the load at this time. What follows shows the return of the action and decides\n"
-     "whether it re-arms; it is no part of the stroke itself."},
+     "Lift the load at this time. The following motion shows the return of the action and\n"
+     "decides whether it re-arms; it is not part of the stroke."},
     {"integrator", 0, "rk4|dp5|controlled|implicit",
-     "Runge-Kutta 4 or Dormand-Prince 5 with fixed steps, or Dormand-Prince 5(4) that divides a\n"
-     "step as its error estimate asks, and goes over to implicit steps where the motion is too\n"
-     "stiff for them; implicit: those only. Default: the file's, which is controlled without one."},
+     "rk4, dp5: Runge-Kutta 4 or Dormand-Prince 5 with fixed steps. controlled:\n"
+     "Dormand-Prince 5(4) divides a step by its error estimate, and implicit steps follow\n"
+     "where the motion is too stiff for it. implicit: implicit steps only. Default: the\n"
+     "file's, else controlled."},
     {"dt", 0, "S", "Length of a step, e.g. 10us; default: the file's."},
     {"tolerance", 0, "E",
      "Error estimate of a controlled step at most [rad or m]; default: 1e-12."},
@@ -443,10 +444,10 @@ static const cli_option options[] = {
      "error)."},
     {"format", 0, "csv|csv-plain|npy|mat",
      "Form of -o; default: by its ending, else csv. csv-plain has no # lines and names without\n"
-     "units: numpy.genfromtxt(file, names=True, delimiter=',') and pandas.read_csv(file) read\n"
-     "it as it is. npy is a structured array of NumPy with a field for each channel, mat is\n"
-     "MATLAB's level 5 with a column for each channel, a struct of their units and the notes\n"
-     "of the CSV as a text."},
+     "units: numpy.genfromtxt(file, names=True, delimiter=',') and pandas.read_csv(file)\n"
+     "read it. npy is a structured array of NumPy with a field for each channel. mat is\n"
+     "MATLAB's level 5 with a column for each channel, a struct of units and the notes of\n"
+     "the CSV as a text."},
     {"plot", 0, "FILE.svg", "Draw the run with gnuplot, .svg or .png."},
     CLI_COMMON};
 
@@ -468,35 +469,36 @@ static const cli_option options[] = {
     "\n"                                                                                          \
     "Any other mechanism is simulated. `stein strike` and `stein simulate` are the same\n"        \
     "command. Equations that are not built in are generated, compiled with the system's cc\n"     \
-    "into $XDG_CACHE_HOME/stein (or ~/.cache/stein) and loaded; a changed number never needs\n"   \
-    "the compiler, a changed structure does so by itself."
-#define OUTPUT                                                                                     \
-    "A summary in ms, mm, N. With --json, in SI units:\n"                                          \
-    "{\"model\", \"outcome\", \"escapement\": {\"time\", \"height\"} or null, \"impact\":\n"       \
-    "{\"time\", \"speed\"} or null, \"impacts\", \"free_flight\", \"forced_escapement\",\n"        \
-    "\"peak_string_force\", \"rearmed\", \"final\": {channel: value}, \"undetermined\",\n"         \
-    "\"integration\", \"errors\", \"energy\", \"trusted\"}; for a mechanism without a stroke\n"    \
-    "{\"model\", \"final\", \"undetermined\", \"integration\", \"errors\", \"energy\",\n"          \
-    "\"trusted\"}. `undetermined` names outputs that have one of many possible values:\n"          \
-    "reactions of redundant conditions, friction that contacts share. `integration` is told\n"     \
-    "of controlled steps: how many there were (`steps`), how many were `implicit`, from when on\n" \
-    "stability limited explicit ones (`stiff_from`, null: never), by a motion that decays at\n"    \
-    "which `rate` [1/s], and why they stayed explicit all the same (`refused`).\n"                 \
-    "\n"                                                                                           \
-    "The last line tells the errors of the run. Two simulations with a small tolerance go "        \
-    "beside\n"                                                                                     \
-    "it: `deviation` is the largest difference to the one that starts where the run starts;\n"     \
-    "`steps` sums what the steps add between two of 1000 checkpoints; `_share` are the same\n"     \
-    "against the range of the motion. `energy` tells what inputs brought, laws dissipated and\n"   \
-    "springs store, each law's work in `work`; `unexplained` is the rest, the error of the\n"      \
-    "steps, `scale` the energy that there was to keep. Above 0.1 % a warning names the cause "     \
-    "and\n"                                                                                        \
-    "what helps; above 3 % the result is not to be trusted: `trusted` is false and the exit\n"     \
-    "code 3 (--allow-error: 0). `lost` is the time after which positions are not determined,\n"    \
-    "because the motion amplifies small differences.\n"                                            \
-    "\n"                                                                                           \
-    "The CSV starts with `# name: value` lines (`# set pawl.stop_shift: -0.3mm` for every\n"       \
-    "override), then a header of `channel [unit]` with `time [s]` first, then the rows, in\n"      \
+    "into $XDG_CACHE_HOME/stein (or ~/.cache/stein) and loaded; a changed number never\n"         \
+    "needs the compiler, a changed structure starts it automatically."
+#define OUTPUT                                                                                \
+    "A summary in ms, mm, N. With --json, in SI units:\n"                                     \
+    "{\"model\", \"outcome\", \"escapement\": {\"time\", \"height\"} or null, \"impact\":\n"  \
+    "{\"time\", \"speed\"} or null, \"impacts\", \"free_flight\", \"forced_escapement\",\n"   \
+    "\"peak_string_force\", \"rearmed\", \"final\": {channel: value}, \"undetermined\",\n"    \
+    "\"integration\",\n"                                                                      \
+    "\"errors\", \"energy\", \"trusted\"}; for a mechanism without a stroke {\"model\",\n"    \
+    "\"final\", \"undetermined\", \"integration\", \"errors\", \"energy\", \"trusted\"}.\n"   \
+    "`undetermined` names outputs that have one of many possible values: reactions of\n"      \
+    "redundant conditions, friction that contacts share. `integration` is about\n"            \
+    "controlled steps: their number (`steps`), the number of `implicit` ones, the time\n"     \
+    "from which on stability limited explicit ones (`stiff_from`, null: never), the\n"        \
+    "decay `rate` [1/s] of the limiting motion, and the reason if they stayed explicit\n"     \
+    "all the same (`refused`).\n"                                                             \
+    "\n"                                                                                      \
+    "The last line states the errors of the run, from two reference simulations with a\n"     \
+    "small tolerance. `deviation` is the largest difference to the reference that starts\n"   \
+    "with the run. `steps` sums the errors of the steps between 1000 checkpoints.\n"          \
+    "`_share` are the same divided by the range of the motion. `energy` lists the work of\n"  \
+    "inputs, the energy dissipated by laws and stored in springs, and each law's `work`;\n"   \
+    "`unexplained` is the rest, the error of the steps, `scale` the reference energy.\n"      \
+    "Above 0.1 % a warning names the cause and a remedy; above 3 % the result is not to\n"    \
+    "be trusted: `trusted` is false and the exit code 3 (--allow-error: 0). `lost` is the\n"  \
+    "time after which positions are undetermined, because the motion amplifies small\n"       \
+    "differences.\n"                                                                          \
+    "\n"                                                                                      \
+    "The CSV starts with `# name: value` lines (`# set pawl.stop_shift: -0.3mm` for every\n"  \
+    "override), then a header of `channel [unit]` with `time [s]` first, then the rows, in\n" \
     "the shortest decimals that read back exactly. It is itself a data file."
 #define EXAMPLES                                                                                   \
     "stein strike models/stein1788.yaml\n"                                                         \

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * study.c - stein study: the published facts of the regulation, simulated, and what lies beyond
- * them.
+ * study.c - stein study: the published facts of the regulation, simulated, and further studies.
  */
 #include <stdlib.h>
 #include <string.h>
@@ -9,7 +8,7 @@
 #include "cli.h"
 #include "study.h"
 
-/* the sweep and what it says; the report beyond it */
+/* the sweep and its facts; the report beyond it */
 typedef struct inquiry {
     const cli_args *args;
     lab_model *model;
@@ -139,7 +138,7 @@ static const struct {
 } files[] = {{"sweep.csv", write_sweep}, {"facts.json", write_facts}};
 enum { FILES = sizeof files / sizeof *files };
 
-/* what would fail at the end fails before a minute of work */
+/* errors of output fail before a minute of work */
 static stein_status check_place(const char *folder, int pictures, stein_err *err)
 {
     char *gnuplot[] = {"gnuplot", "--version", NULL};
@@ -294,17 +293,16 @@ const cli_command cli_study = {
     .noperands = 1,
     .options = options,
     .description =
-        "Strikes at every position of the pawl's stop from dx = -1.5 mm to +0.3 mm in steps of\n"
-        "0.05 mm (parameter pawl.stop_shift, positive to the right), and compares what the\n"
-        "published study of the Stein action found with what the simulation shows. Straight lines\n"
-        "are fitted by least squares over -1.2 .. 0 mm in steps of 0.1 mm. A fact that is off is\n"
-        "no failure of the command: the table says so.\n"
+        "Simulates a stroke at every position of the pawl's stop from dx = -1.5 mm to +0.3 mm\n"
+        "in steps of 0.05 mm (parameter pawl.stop_shift, positive to the right). Compares the\n"
+        "results with the facts of the published study of the Stein action. Straight lines\n"
+        "are fitted by least squares over -1.2 .. 0 mm in steps of 0.1 mm. A fact that\n"
+        "differs is no failure of the command: it is marked in the table.\n"
         "\n"
-        "Then it goes on to what the publication leaves open: the static escapement height, the\n"
-        "pawl's spring as a second regulation, the notch's angle, touch and repetition, the\n"
-        "sensitivity to every parameter, and making tolerances. Parts whose inputs or parameters "
-        "the\n"
-        "model does not have are left out; the report says which.",
+        "Further parts answer questions beyond the publication: the static escapement height,\n"
+        "the pawl's spring as a second regulation, the notch's angle, touch and repetition,\n"
+        "the sensitivity to every parameter, and making tolerances. Parts without their\n"
+        "inputs or parameters in the model are left out; the report lists them.",
     .output =
         "The table fact | paper | simulated | verdict, then the path of every file in DIR:\n"
         "\n"

@@ -37,8 +37,8 @@ static void put_rivals(const lab_diagnosis *d)
     for (int i = 0; i < d->nrival && i < RIVALS; i++) {
         const lab_candidate *c = &d->suspect[d->ncause + i].candidate;
         char scope[LAB_PLACE];
-        printf("%s%s at %s%s", i == 0 ? "the data cannot tell it from: " : ", ", c->effect->kind,
-               c->place, lab_candidate_scope(c, scope));
+        printf("%s%s at %s%s", i == 0 ? "the data cannot separate it from: " : ", ",
+               c->effect->kind, c->place, lab_candidate_scope(c, scope));
     }
     if (d->nrival > RIVALS) {
         printf(", %d more", d->nrival - RIVALS);
@@ -60,7 +60,7 @@ static void put_law(const lab_law *l)
            l->of, u.factor * least, u.factor * most, u.name, l->table, l->n);
 }
 
-/* the strongest departure of the file as it is, when nothing explains it */
+/* the most significant departure of the file, if nothing explains it */
 static void put_departure(const lab_diagnosis *d)
 {
     const lab_departure *worst = NULL;
@@ -70,7 +70,7 @@ static void put_departure(const lab_diagnosis *d)
     }
     if (worst != NULL) {
         char size[CLI_TEXT];
-        printf("the file as it is departs most at %s, %s: %s %s (z = %.1f)\n", worst->place,
+        printf("largest departure of the file at %s, %s: %s %s (z = %.1f)\n", worst->place,
                worst->phase, worst->is_force ? "missing" : "off by",
                cli_quantity(size, worst->size, worst->unit), worst->z);
     }

@@ -86,7 +86,7 @@ static int read_times(job *j)
     return CLI_OK;
 }
 
-/* what can be said before the mechanism file is read */
+/* checks that do not need the mechanism file */
 static int read_options(job *j)
 {
     j->def = (lab_vary_def){.until = INFINITY, .release = NAN, .shards = 1};
@@ -108,7 +108,7 @@ static int read_options(job *j)
 
 /* ---- running ---- */
 
-/* the axes are part of the command line: what is wrong with them is misuse */
+/* the axes are part of the command line: errors in them are misuse */
 static int make_grid(job *j)
 {
     lab_options options = lab_options_default();
@@ -191,7 +191,7 @@ static const cli_option options[] = {
      "that unit, so that a grid hits 0.1 mm exactly."},
     {"jobs", 'j', "N", "Threads; default: one a processor. Results do not depend on it."},
     {"journal", 0, "FILE",
-     "Keep every finished point in FILE at once, and do not compute again what is there.\n"
+     "Keep every finished point in FILE at once, and do not compute it again.\n"
      "Run the same command again after an interruption. A journal of another sweep is\n"
      "refused."},
     {"shard", 0, "I/N",
@@ -200,9 +200,9 @@ static const cli_option options[] = {
     {"until", 0, "T", "Simulate so long, e.g. 0.3s or 300ms; default: that of the file."},
     {"release", 0, "T", "Lift the load at this time, as in stein strike."},
     {"tolerance", 0, "CHANNEL=VALUE",
-     "Steps of controlled error, which leave about so much in this output (a position, x,\n"
-     "y, z or gap), e.g. string_distance=0.1um; default: that of the file; fixed\n"
-     "steps where it has none."},
+     "Steps of controlled error, with about this error in this output (a position, x, y, z\n"
+     "or gap), e.g. string_distance=0.1um; default: the file's tolerance, or fixed steps\n"
+     "where it has none."},
     {"fixed", 0, NULL, "The file's fixed steps, also where it states a tolerance."},
     {"output", 'o', "FILE.csv",
      "The table; - is standard output, which is the default. A file appears whole or not\n"
@@ -220,21 +220,21 @@ const cli_command cli_sweep = {
     .options = options,
     .description =
         "Runs one stroke at every combination of the varied parameters - or, for a mechanism\n"
-        "without stroke, simulates and takes the final outputs. Every point starts from its own\n"
-        "equilibrium in a simulation of its own. A point that fails numerically is a row with\n"
-        "its status (ESETTLE: no equilibrium, ENONFINITE, ESINGULAR, ECHATTER) and empty cells.\n"
-        "The table is the same, byte for byte, for any number of threads, any sharding and\n"
-        "any interruption.\n"
+        "without stroke, simulates and takes the final outputs. Every point is a separate\n"
+        "simulation that starts from its own equilibrium. A point that fails numerically is a\n"
+        "row with its status (ESETTLE: no equilibrium, ENONFINITE, ESINGULAR, ECHATTER) and\n"
+        "empty cells. The table is the same, byte for byte, for any number of threads, any\n"
+        "sharding and any interruption.\n"
         "\n"
-        "A number that the file gives as a literal 0 is not in the equations; --set NAME=VALUE\n"
-        "brings it in, then --vary can vary it.",
+        "A number that is a literal 0 in the file is not in the equations; --set NAME=VALUE\n"
+        "adds it, then --vary can vary it.",
     .output =
-        "CSV: `# name: value` lines with what was swept, then a row a point in SI units:\n"
+        "CSV: `# name: value` lines with the sweep's definition, then a row a point in SI units:\n"
         "point, the varied parameters, status, then outcome, escapement_time,\n"
         "escapement_height, impact_time, impact_speed, impacts, free_flight,\n"
         "forced_escapement, peak_string_force, blow, rearmed - or the output channels.\n"
-        "Numbers are the shortest decimals that read back exactly; a cell is empty where\n"
-        "there was no such event.\n"
+        "Numbers are the shortest decimals that read back exactly; a cell is empty if the\n"
+        "event did not happen.\n"
         "\n"
         "With --json: {\"model\", \"points\", \"present\", \"failed\", \"vary\": [{\"name\",\n"
         "\"unit\", \"values\"}], \"results\": [{column: value}]}. Exit status 3 only when every\n"

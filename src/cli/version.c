@@ -71,7 +71,7 @@ const cli_command cli_version = {
     .description =
         "With --hash: one number each for the core, for a sweep and for a fit. Programs of one\n"
         "version that print the same numbers compute the same bits, whatever compiled them and\n"
-        "wherever they run. That of the core is also what stein_identity() gives. The fit goes\n"
+        "wherever they run. stein_identity() returns the hash of the core. The fit goes\n"
         "through GSL, which is not ours: where it was compiled with fused multiplication, that\n"
         "number differs. Equations that are compiled later are compiled without.",
     .output = "The version, and the hashes in lines of their own; with --json {\"version\", "

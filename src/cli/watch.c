@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * watch.c - a command again whenever one of its files changes.
  *
- * Files are looked at by their time and size, which every file system has; an editor that replaces
+ * Time and size of files are polled, which every file system has; an editor that replaces
  * a file leaves none for a moment, which is no change yet.
  */
 #include <stdlib.h>

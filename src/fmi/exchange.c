@@ -1,9 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * exchange.c - model exchange: the equations for an integrator of the importer.
  *
- * The guards are the core's, and so is what happens where one changes its sign (step.c). The
- * importer locates that instant; in Event Mode it finds the guards on the other side, and they
- * switch.
+ * Guards, and the changes at their zeros, are the core's (step.c). The importer locates that
+ * instant; in Event Mode it finds the guards on the other side, and they switch.
  */
 #include <float.h>
 #include <math.h>
@@ -108,7 +107,7 @@ slave_status slave_complete(slave *s, int *event)
 slave_status slave_update(slave *s, int *moved)
 {
     slave_status status = evaluate(s);
-    // at the start what is on follows from the initial state, also where a guard is 0 to rounding
+    // at the start the modes follow from the initial state, also where a guard is 0 to rounding
     for (int n = 0; status == SLAVE_OK && s->sim->head->t > 0.0 && stein__any_crossed(s->sim);
          n++) {
         if (n == MOST_SWITCHES) {
@@ -118,7 +117,7 @@ slave_status slave_update(slave *s, int *moved)
         }
         stein__mark_crossed(s->sim);
         stein__flip_crossed(s->sim);
-        s->jumped |= s->model.nstick > 0; // what sticks now is at rest
+        s->jumped |= s->model.nstick > 0; // a place that sticks now is at rest
         status = evaluate(s);
     }
     *moved = s->jumped;

@@ -27,7 +27,7 @@ enum { LATER = SLAVE_EVENTS | SLAVE_CONTINUOUS | SLAVE_INITIALIZING };
 
 fmi2Status fmi2EnterEventMode(fmi2Component c)
 {
-    // the standard has an instance in Event Mode after initialization; to ask for it changes
+    // the standard has an instance in Event Mode after initialization; reading it changes
     // nothing
     slave *s = ready(c, "fmi2EnterEventMode", SLAVE_CONTINUOUS | SLAVE_EVENTS, 0, 0);
     if (s == NULL) {

@@ -59,7 +59,7 @@ const char *fmi2GetVersion(void)
     return "2.0";
 }
 
-/* what was refused is always told, events when they are asked for */
+/* refusals are always logged, events on request */
 fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n,
                                const fmi2String categories[])
 {
@@ -378,7 +378,7 @@ fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2
     if (c == NULL || value == NULL || kind != fmi2Terminated) {
         return untold(c, "fmi2GetBooleanStatus: only fmi2Terminated is known");
     }
-    *value = fmi2False; // it never wants to end the simulation
+    *value = fmi2False; // it never ends the simulation
     return fmi2OK;
 }
 

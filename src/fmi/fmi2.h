@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * fmi2.h - the C interface of FMI 2.0, declared after the text of the specification.
  *
- * Names, types and the order of arguments are those of the standard, chapters 2.1 (common
- * functions), 3.2 (model exchange) and 4.2 (co-simulation): 44 functions. Prefixes as in fmi3.h.
+ * Names, types and the order of arguments follow the standard, chapters 2.1 (common functions), 3.2
+ * (model exchange) and 4.2 (co-simulation): 44 functions. Prefixes as in fmi3.h.
  * Included by: this folder.
  */
 #ifndef FMI_FMI2_H

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: MIT
- * fmi3.c - FMI 3.0: the functions that have something to do; those of model exchange are in
+ * fmi3.c - FMI 3.0: the functions that have something to do; the functions of model exchange are in
  * exchange3.c.
  *
  * In co-simulation a simple slave: no clocks, no event mode (located events are handled inside of a
- * step), no intermediate update, no early return. What the standard has beyond that is in none3.c.
+ * step), no intermediate update, no early return. Other functions of the standard are in none3.c.
  *
  * After an error an instance is over, as the standard has it (2.3.1): it can be read, reset, freed
- * or set to a state kept before. A step that fails numerically is discarded and the instance is as
- * it was before it; with other inputs, other parameters or a shorter step it may go on.
+ * or set to a state kept before. A step that fails numerically is discarded and the instance keeps
+ * its earlier state; with other inputs, other parameters or a shorter step it may go on.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -54,7 +54,7 @@ const char *fmi3GetVersion(void)
     return "3.0";
 }
 
-/* what was refused is always told, events when they are asked for */
+/* refusals are always logged, events on request */
 fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean on, size_t n,
                                const fmi3String categories[])
 {
@@ -374,7 +374,7 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 currentCommunicationPoint,
     return status3(status);
 }
 
-/* ---- what others need ---- */
+/* ---- for other files ---- */
 
 fmi3Status refuse3(fmi3Instance c, const char *function, const char *why)
 {

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT
  * fmi3.h - the C interface of FMI 3.0, declared after the text of the specification.
  *
- * Names, types and the order of arguments are those of the standard, chapters 2.2 (types, status,
+ * Names, types and the order of arguments follow the standard, chapters 2.2 (types, status,
  * variables, states, derivatives), 2.3 (common states), 3.2, 4.2 and 5.2 (the functions of the
  * three kinds of FMU); all 75 functions have to be there.
  *
- * Names have no prefix, so that a shared object is what every importer's compiler makes of them.
- * Who links several FMUs statically compiles each with -DFMI3_FUNCTION_PREFIX=NAME_.
+ * Names have no prefix, so that every importer's compiler can make a shared object of them.
+ * To link several FMUs statically, compile each with -DFMI3_FUNCTION_PREFIX=NAME_.
  * Included by: this folder.
  */
 #ifndef FMI_FMI3_H

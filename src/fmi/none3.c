@@ -2,7 +2,7 @@
  * none3.c - the functions of FMI 3.0 that have to be there and that this FMU does not have:
  * variables of other types, clocks, structural parameters, scheduled execution.
  *
- * Each says why and returns an error. To read or write no variables at all is no error.
+ * Each logs the reason and returns an error. To read or write no variables at all is no error.
  */
 #include "internal3.h"
 

@@ -1,16 +1,16 @@
 /* SPDX-License-Identifier: MIT
  * slave.c - an instance: its life, its variables, its steps.
  *
- * Steps. The mechanism goes on in steps of its own fixed length dt, on the grid that begins where
- * the last communication step ended; where communication steps are multiples of dt these are the
- * steps that `stein simulate` makes, with the same bits. An importer's times come from sums and
- * products of its own, so a grid point within dt/10^6 of the end is the end; otherwise the last
- * step is shorter and a new grid begins.
+ * Steps. The mechanism is integrated in steps of fixed length dt, on a grid that begins at the end
+ * of the last communication step; where communication steps are multiples of dt these are the steps
+ * that `stein simulate` makes, with the same bits. An importer computes times by its own sums and
+ * products, so a grid point within dt/10^6 of the end is the end; otherwise the last step is
+ * shorter and a new grid begins.
  *
  * Inputs hold their value. A motion goes on with the speed and acceleration that are given beside
- * it, u + u' s + u'' s^2/2 with s counted from when it was set; so does a force that has slopes.
+ * it, u + u' s + u'' s^2/2 with s counted from when it was set; a force with slopes does likewise.
  *
- * What is set is only noted. It reaches the simulation before the next step or reading: in
+ * Set values are only stored. It reaches the simulation before the next step or reading: in
  * Initialization Mode by working out the initial state again.
  */
 #include <math.h>
@@ -91,7 +91,7 @@ static void on_event(void *ctx, stein_sim *sim, const stein_event *event)
     tell(s, SLAVE_OK, 0, line.msg);
 }
 
-/* nobody listens to events that are not logged */
+/* events that are not logged have no subscriber */
 static void listen(slave *s)
 {
     stein_on_event(s->sim, s->log & SLAVE_LOG_EVENTS ? on_event : NULL, s);
@@ -327,7 +327,7 @@ static slave_status find(slave *s, unsigned reference, int boolean, fmi_variable
     return SLAVE_OK;
 }
 
-/* the initial state of what was set */
+/* the initial state with the set values */
 static slave_status find_start(slave *s)
 {
     s->sim->def.dt = s->dt;
@@ -370,7 +370,7 @@ slave_status slave_settle(slave *s)
     return status == STEIN_OK ? SLAVE_OK : slave_refuse(s, status);
 }
 
-/* what the simulation knows */
+/* the state of the simulation */
 static slave_status read(slave *s, const fmi_variable *v, double *value)
 {
     if (s->phase == SLAVE_INSTANTIATED) {

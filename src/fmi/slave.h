@@ -22,7 +22,7 @@
 #include "core.h"
 #include "variables.h"
 
-/** What fmu_model.c holds of a mechanism file. */
+/** Data of a mechanism file in fmu_model.c. */
 typedef struct slave_model {
     const stein_model *equations;
     const char *token;            /* instantiation token, GUID */
@@ -35,7 +35,7 @@ extern const slave_model slave_the_model;
 
 typedef enum { SLAVE_OK, SLAVE_DISCARD, SLAVE_ERROR } slave_status;
 
-/** What an instance may be doing; one bit each, for lists of what is allowed. */
+/** State of an instance; one bit each, for lists of allowed states. */
 typedef enum {
     SLAVE_INSTANTIATED = 1,
     SLAVE_INITIALIZING = 2, /* Initialization Mode */
@@ -49,7 +49,7 @@ typedef enum {
     SLAVE_ANY = 255
 } slave_phase;
 
-/** What is logged; one bit each. */
+/** Logged categories; one bit each. */
 typedef enum {
     SLAVE_LOG_EVENTS = 1,
     SLAVE_LOG_DISCARD = 2,
@@ -80,10 +80,10 @@ typedef struct slave {
     double dt;          /* [s] */
     double start, stop; /* [s]; stop INFINITY: none */
     slave_phase phase;
-    int exchange;  /* 1: the importer integrates */
-    int jumped;    /* 1: states have changed since the importer was told */
-    int changed;   /* p is newer than what the simulation has */
-    int unsettled; /* Initialization Mode: the initial state is older than what decides about it */
+    int exchange;        /* 1: the importer integrates */
+    int jumped;          /* 1: states have changed since the last report to the importer */
+    int changed;         /* p is newer than the simulation's parameters */
+    int unsettled;       /* Initialization Mode: the initial state is older than its parameters */
     unsigned char *kept; /* state at the beginning of a step */
     double reached;      /* end of the last step that succeeded [s] */
     unsigned log;        /* enabled categories */
@@ -102,14 +102,14 @@ void slave_destroy(slave *s);
 /** Log s->err, which stein__fail has just written, and go to SLAVE_BROKEN.
  *  @param why  what stein__fail returned  @return SLAVE_ERROR */
 slave_status slave_refuse(slave *s, stein_status why);
-/** Log s->err as the reason of what is discarded. */
+/** Log s->err as the reason of a discarded step. */
 void slave_tell_discarded(slave *s);
 /** Is a function allowed now? @param phases  bits  @return SLAVE_OK or, refused, SLAVE_ERROR */
 slave_status slave_allow(slave *s, const char *function, unsigned phases);
 /** Turn categories on or off. @param n  0: all of them */
 slave_status slave_set_log(slave *s, int on, size_t n, const char *const *names);
 
-/** As it was created. */
+/** State after creation. */
 slave_status slave_reset(slave *s);
 slave_status slave_set_time(slave *s, double start, double stop);
 slave_status slave_enter_initialization(slave *s);
@@ -122,21 +122,21 @@ slave_status slave_get_flag(slave *s, unsigned reference, int *value);
 slave_status slave_set_flag(slave *s, unsigned reference, int value);
 /** Time derivative of a force input at the present time; order 1 or 2. */
 slave_status slave_set_slope(slave *s, unsigned reference, int order, double value);
-/** An input has changed: let the simulation ask for it, or no longer. */
+/** An input has changed: let the simulation call it, or no longer. */
 void slave_bind(slave *s, int input);
-/** Let what was set reach the simulation. */
+/** Pass the set values to the simulation. */
 slave_status slave_settle(slave *s);
 
-/** From `at` on by h. A step that fails numerically is told, discarded, and leaves the instance as
- *  it was before. */
+/** From `at` on by h. A step that fails numerically is logged and discarded; the instance keeps its
+ *  earlier state. */
 slave_status slave_step(slave *s, double at, double h);
 
 /* ---- exchange.c: model exchange ----
  *
  * The continuous states are q and qd of every joint, side by side: {q_0, qd_0, q_1, ...}. A joint
- * that follows a signal is where that says, whatever its states are set to. Event indicators are
- * the guards of contacts and notches, > 0 where their force acts; what is on is memory and changes
- * in Event Mode alone, so between events the equations are smooth. */
+ * that follows a signal has the state of the signal, whatever its states are set to. Event
+ * indicators are the guards of contacts and notches, > 0 where their force acts; modes are memory
+ * and change in Event Mode only, so between events the equations are smooth. */
 
 int slave_states(const slave *s);
 int slave_indicators(const slave *s);
@@ -145,15 +145,16 @@ slave_status slave_put_states(slave *s, const double *x);
 slave_status slave_get_states(slave *s, double *x);
 slave_status slave_get_rates(slave *s, double *rate);
 slave_status slave_get_indicators(slave *s, double *z);
-/** Has an indicator another sign than the memory has it? */
+/** Does the sign of an indicator differ from the memory? */
 slave_status slave_complete(slave *s, int *event);
-/** What has changed sign switches, what was set acts. @param moved  out: 1: a state has jumped (the
+/** Indicators with a changed sign switch, set values act. @param moved  out: 1: a state has jumped
+ * (the
  *  load that is put back) */
 slave_status slave_update(slave *s, int *moved);
 
 /* ---- slave_state.c: everything that decides how it goes on, as a block ----
  *
- * These six are the functions of the standards but for their names: an instance or an argument may
+ * These six are the functions of the standards with other names: an instance or an argument may
  * be missing, which is refused in the name of `function`. */
 
 /** Keep the state. @param block  in: NULL or one of slave_keep; out: the state */

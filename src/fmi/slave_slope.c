@@ -1,23 +1,22 @@
 /* SPDX-License-Identifier: MIT
- * slave_slope.c - partial derivatives of what an instance shows.
+ * slave_slope.c - partial derivatives of the outputs of an instance.
  *
  * Central differences (f(x + h) - f(x - h)) / 2h with h halved again and again, extrapolated to
  * h = 0 (Richardson 1911: the error is a series in h^2, so column k of the table removes h^2k). Of
  * all entries of the table that one is taken which differs least from its neighbours (Ridders
- * 1982): the differences know themselves where rounding begins to win. With the contacts and the
- * notch in their present modes - which are memory, not geometry - f is smooth, and what enters
- * linearly, as every force does, comes out exact to rounding.
+ * 1982): the differences detect the step at which rounding dominates. With the contacts and the
+ * notch in their present modes (memory, not geometry) f is smooth. Linear terms, such as every
+ * force, are exact to rounding.
  *
  * Accuracy, against solved equations and the laws themselves (tests/fmu/slopes.c, which holds
  * 1e-9): off by 2e-11 of its size at most, through the static equilibrium of a start by 1e-12. One
  * derivative costs 18 evaluations, at the start as many equilibria.
  *
- * Between two steps f is what would be read now if the known had another value, the state being
- * the same; in Initialization Mode it goes through the whole initial state. The instance is
- * afterwards what it was before.
+ * Between two steps f is the output for another value of the known, with the same state; in
+ * Initialization Mode it goes through the whole initial state. The instance is not changed.
  *
- * Derivatives of generated code would be exact, but the equations are a small part of what lies
- * between a parameter and an output: contacts, laws and the notch are handwritten.
+ * Derivatives of generated code would be exact, but the equations are only a small part of the path
+ * from a parameter to an output: contacts, laws and the notch are handwritten.
  */
 #include <math.h>
 #include <string.h>
@@ -66,7 +65,7 @@ static void move_to(const mover *m, double value)
     s->unsettled = 1;
 }
 
-/* f at a value of the known; no number where there is no such state */
+/* f at a value of the known; NaN for an invalid state */
 static double value_at(const mover *m, double value)
 {
     slave_log_fn *listener = m->s->tell;
@@ -109,7 +108,7 @@ static double extrapolate(const mover *m)
     return best;
 }
 
-/* an input as if it had been set just now to what it is. @return what is moved of it */
+/* an input as if it had just been set to its value. @return what is moved of it */
 static double set_now(const mover *m)
 {
     slave_input *in = &m->s->input[m->known.index];

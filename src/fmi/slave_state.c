@@ -3,10 +3,10 @@
  *
  *      format | size | checksum | token | mode and times | parameters | inputs | simulation's state
  *
- * A kept state and its serialised form are the same bytes, so what holds for one holds for the
- * other: it continues in any instance of the same FMU, bit for bit. Bytes may come from a file or
- * another process, so all of them are looked at before anything changes; the simulation's part is
- * checked by the core (state.c).
+ * A saved state and its serialised form are the same bytes, so the same rules hold for both: it
+ * continues in any instance of the same FMU, bit for bit. Bytes may come from a file or another
+ * process, so all of them are checked before anything changes; the simulation's part is checked by
+ * the core (state.c).
  */
 #include <math.h>
 #include <stdlib.h>
@@ -84,7 +84,7 @@ static slave_status refuse_call(slave *s, const char *function, const char *why)
                      : slave_refuse(s, stein__fail(&s->err, STEIN_EINVAL, "%s: %s", function, why));
 }
 
-/* the importer's block, or a new one; NULL without memory, which is told */
+/* the importer's block, or a new one; NULL without memory, which is logged */
 static void *room_for(slave *s, void *block)
 {
     void *to = block != NULL ? block : malloc(size_of(s));
@@ -147,7 +147,7 @@ static int is_one_phase(const slave *s, int phase)
     return phase > 0 && phase <= SLAVE_ANY && (phase & (phase - 1)) == 0 && !(phase & of_others);
 }
 
-/* @return NULL, or what is wrong with bytes of which n are there */
+/* @return NULL, or the error in n bytes */
 static const char *fault_of(const slave *s, const unsigned char *bytes, size_t n)
 {
     block_head head;
@@ -179,7 +179,7 @@ static slave_status refuse_block(slave *s, const char *fault)
         s, stein__fail(&s->err, STEIN_EINVAL, "the state cannot be restored: %s", fault));
 }
 
-/* what lies behind the head: parameters, inputs; the simulation has its part already */
+/* contents after the head: parameters, inputs; the simulation has its part already */
 static void take_numbers(slave *s, const unsigned char *at)
 {
     size_t np = (size_t)s->model.np;
@@ -194,7 +194,7 @@ static void take_numbers(slave *s, const unsigned char *at)
         in->follow = number_at(at, first + 4) != 0.0;
         slave_bind(s, i);
     }
-    (void)stein_try_all(s->sim, s->p, NULL); // finite, as they are
+    (void)stein_try_all(s->sim, s->p, NULL); // finite, unchanged
 }
 
 slave_status slave_take(slave *s, const char *function, const void *block)

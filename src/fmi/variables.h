@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * variables.h - the variables of an FMU and their value references.
  *
- * A value reference is a place in this row; both who writes modelDescription.xml and the FMU itself
- * count it out of the sizes of the model, so there is no table to disagree about.
+ * A value reference is a place in this row; the writer of modelDescription.xml and the FMU both
+ * compute it from the sizes of the model, so there is no table that could differ.
  *
  *      channel 0 (time), 1, ...                  [nchannel]
  *      input 0: value, speed, acceleration, ...  [3*ninput]  the last two only of a motion

@@ -5,8 +5,8 @@
  *
  * The last one carries the body, the others are bodies without mass. The chart never moves by
  * itself: the core sets its angle again, and the three others with it, before two axes become
- * parallel (src/core/chart.c). Names of the joints before the last one have a dot, which those of a
- * file cannot have.
+ * parallel (src/core/chart.c). Names of the joints before the last one contain a dot, so they
+ * cannot be names of a file.
  */
 #include <string.h>
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * checks.c - what can only be judged with all numbers at hand: inertias, mass matrix, extents.
+ * checks.c - checks that need all numbers: inertias, mass matrix, extents.
  *
  * The mass matrix is built here from body Jacobians, M = sum m Jv^T Jv + Jw^T I Jw +
  * diag(armature), at a few fixed but arbitrary configurations. That is slower than the generator's
@@ -257,8 +257,8 @@ void mech__check_inertia(mech__reader *rd, int body)
         if (b->inertia[1].kind == MECH_FORMULA && b->centre[0].value == 0.0 &&
             b->centre[2].value == 0.0) {
             mech__problem_at(rd, node,
-                             "a pendulum test says nothing about a body whose centre lies "
-                             "on its joint, expected inertia");
+                             "a pendulum test gives no inertia for a body with its centre on its "
+                             "joint, expected inertia");
             return;
         }
     }
@@ -281,8 +281,7 @@ void mech__check_inertia(mech__reader *rd, int body)
                              "inertia: accept or balance for all bodies",
                              b->name, told);
         } else {
-            mech__warn_at(rd, place, "the inertia of %s is taken as it is, though %s", b->name,
-                          told);
+            mech__warn_at(rd, place, "the inertia of %s is accepted, though %s", b->name, told);
         }
     }
 }
@@ -357,7 +356,7 @@ void mech__checks(mech__reader *rd)
         }
     }
     check_extents(rd);
-    if (rd->nproblem == 0 && rd->m->nloop == 0) { /* loops may carry what has no mass */
+    if (rd->nproblem == 0 && rd->m->nloop == 0) { /* loops may carry massless bodies */
         check_mass_matrix(rd);
     }
 }

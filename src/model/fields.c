@@ -49,7 +49,7 @@ static const char *next_word(mech__reader *rd, const char **list)
     return word;
 }
 
-/* "damping:" without a number is no damping; a section without entries is nothing to tell */
+/* "damping:" without a number is no damping; a section without entries is no problem */
 static void warn_empty(mech__reader *rd, const mech__node *entry, const char *what)
 {
     const char *key = entry->key->text;

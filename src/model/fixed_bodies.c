@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT
- * fixed_bodies.c - bodies without a joint: they become part of what carries them.
+ * fixed_bodies.c - bodies without a joint: they become part of the bodies that carry them.
  *
- * A fixed body is written like any other one: its mass, its points and what hangs on it, in its own
- * axes, which stay parallel to those of its parent. All of its numbers are parameters. The
- * equations have no trace of it: places on it are moved into the axes of the body that carries it
- * in the end, where it is joined to the mass, centre and inertia of that (split_body.c).
+ * A fixed body is written like any other one: its mass, its points and its child bodies, in its own
+ * axes, which are parallel to its parent's. All of its numbers are parameters. The equations have
+ * no trace of it: places on it are moved into the axes of the moving body that carries it, and its
+ * mass, centre and inertia are added to that body (split_body.c).
  */
 #include <stdio.h>
 #include <string.h>

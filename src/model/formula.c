@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * formula.c - reads what may stand where a number is expected, with its dimension, into postfix.
+ * formula.c - reads a number or formula with its dimension into postfix.
  *
  *   value = sum [ ("+-" | "±") number [unit | "%"] ]      the tolerance of a single number
  *   sum   = term { ("+" | "-") term }
@@ -7,9 +7,9 @@
  *   sign  = { "+" | "-" } atom
  *   atom  = number [unit] | owner.name | function "(" sum ")" | "(" sum ")"
  *
- * Recursive descent, because postfix comes out of it in one pass and every operand is at hand with
- * its dimension when its operator is. A unit belongs to the number before it; names of other
- * numbers hold a dot, so the two cannot be confused. Formulas that are referred to are put in.
+ * Recursive descent, because it gives postfix in one pass, with the dimensions of all operands
+ * known at each operator. A unit belongs to the number before it; names of other numbers hold a
+ * dot, so the two cannot be confused. Formulas that are referred to are put in.
  */
 #include <math.h>
 #include <stdio.h>

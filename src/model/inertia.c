@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: MIT
- * inertia.c - inertias that no body can have, and what the file or its user wants of them.
+ * inertia.c - inertias that no body can have, and their treatment by the file or an option.
  *
  * The principal moments A, B, C of any body obey A <= B + C: each is a sum over two of three
- * squares. Tables of numbers often do not, by rounding, or because somebody gave a slim body the
- * moment of a disc. Equations can be made with those, too (`accept`); or all three become their
- * mean
+ * squares. Tables of numbers often do not, by rounding, or because a slim body was given the moment
+ * of a disc. Equations can be made with those, too (`accept`); or all three become their mean
  * (`balance`, as MuJoCo's balanceinertia does).
  */
 #include <math.h>

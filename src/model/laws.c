@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT
- * laws.c - the numbers of laws: what acts in a joint, in a contact, in a sensor, on an input.
+ * laws.c - the numbers of laws: laws of joints, contacts, sensors and inputs.
  *
  * One table a law, in the order of the blocks of stein/model.h. Every entry becomes a parameter;
  * one that the file leaves out gets its neutral value, with which it does nothing. So a physical
- * effect is one line here, its key among those of a section (section_*.c) and one term in
- * src/core/laws.h; trying it needs no new equations.
+ * effect is one line here, a key of a section (section_*.c) and one term in src/core/laws.h; trying
+ * it needs no new equations.
  */
 #include <string.h>
 
@@ -150,7 +150,7 @@ static void check_sections(mech__reader *rd, const law_entry *law, int n, int sl
 }
 
 /** @param slides  1: the second spelling of keys and units
- *  @param of      whose law it is, for messages; NULL: the section's name says enough */
+ *  @param of      owner of the law, for messages; NULL: the section's name is enough */
 static void read_law(mech__reader *rd, mech_scalar *to, const law_entry *law, int n, int slides,
                      const char *of, const mech__node *owner, const char *name)
 {
@@ -265,7 +265,7 @@ int mech__contact_sticks(mech__reader *rd, const mech__node *entry, const char *
 {
     if (what && stick_of(entry)) {
         mech__problem_at(rd, stick_of(entry),
-                         "the friction of %s does not stick, expected that of a joint or of a "
+                         "the friction of %s cannot stick, expected friction of a joint or of a "
                          "contact in contacts",
                          what);
         return 0;

@@ -176,7 +176,7 @@ stein_status mech_read(mechanism **out, const char *file, const mech_set *set, i
         return no_file(err, file, "opened", cause);
     }
 
-    /* one byte more than allowed tells a file that is too large */
+    /* one byte more than allowed detects a file that is too large */
     char *text = malloc(MECH__MAX_FILE + 1);
     size_t size = text ? fread(text, 1, MECH__MAX_FILE + 1, f) : 0;
     int bad = ferror(f);

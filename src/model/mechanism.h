@@ -175,7 +175,7 @@ typedef struct mech_link {
 
 typedef enum { MECH_MEET, MECH_ROD, MECH_SLOT, MECH_WELD, MECH_COUPLING } mech_loop_kind;
 
-/** What holds between coordinates: a loop that is closed at two points, or a joint that follows
+/** Conditions between coordinates: a loop that is closed at two points, or a joint that follows
  *  another one. */
 typedef struct mech_loop {
     char name[MECH_NAME];
@@ -213,7 +213,7 @@ typedef struct mech_dial {
     char label[2 * MECH_NAME];
 } mech_dial;
 
-/** What the file states in words of an entry of a section; of the file: both names empty. */
+/** Text of the file about an entry of a section; of the file: both names empty. */
 typedef struct mech_about {
     char section[MECH_NAME], entry[MECH_PATH];
     char *text;
@@ -256,7 +256,7 @@ typedef struct mechanism {
     int settle;
     int integrator;   /* a stein_integrator */
     double dt, until; /* [s] */
-    int tolerated;    /* output that an error is told of, -1: none */
+    int tolerated;    /* output with an error statement, -1: none */
     double tolerance; /* that steps of controlled error may leave in it [SI], 0: none is told */
 } mechanism;
 
@@ -266,7 +266,7 @@ typedef struct mech_set {
 } mech_set;
 
 /** Receives every problem found, in order: "file:line:column: what, expected, did you mean ...", or
- *  of a file without problems what is hardly meant, "file:line:column: warning: ...". */
+ *  of a file without problems implausible numbers, "file:line:column: warning: ...". */
 typedef void mech_report(void *ctx, const char *message);
 
 /** Read a mechanism file, with nset overrides applied before structure is decided (so that setting
@@ -284,7 +284,7 @@ stein_status mech_read_text(mechanism **out, const char *name, const char *text,
 void mech_free(mechanism *m);
 
 /** Strict number with optional unit, as in the file ("7.2 mm", "0.0072"), for dimension `dim`.
- *  Locale-free. @return STEIN_OK or STEIN_EPARSE with a message that says what was expected. */
+ *  Locale-free. @return STEIN_OK or STEIN_EPARSE with a message that states what was expected. */
 stein_status mech_parse_quantity(const char *text, mech_dim dim, double *value, stein_err *err);
 
 /** Dimension of a unit text ("N/m^3"); 0 on success, -1 when it is none. */

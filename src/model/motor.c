@@ -11,10 +11,10 @@
  *
  *      Q = r k/R u - (r k)^2/R qd
  *
- * The first term is what an input of a voltage does. The second one, the back-EMF, is viscous, also
+ * The first term is the force of a voltage input. The second one, the back-EMF, is viscous, also
  * where u is 0 (closed terminals). It joins the damping b of the joint in the block of its laws:
- * e = (r k)^2/R, b' = b + e. The back-EMF knows no direction, so the asymmetry a of the damping
- * becomes a' = a b/b'.
+ * e = (r k)^2/R, b' = b + e. The back-EMF is the same in both directions, so the asymmetry a of the
+ * damping becomes a' = a b/b'.
  */
 #include "reader.h"
 

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT
- * plausibility.c - numbers that are possible, but hardly meant: warnings with line and column.
+ * plausibility.c - numbers that are possible but implausible: warnings with line and column.
  *
- * A number without a unit is SI. In a file that otherwise writes g and mm that is where a unit was
- * forgotten, if the number then is far above all of its kind: "mass: 82" among masses of some
- * grams. And a body of a mass and a size has an inertia of at most about m L^2.
+ * A number without a unit is SI. In a file that otherwise uses g and mm such a number has probably
+ * lost its unit, if it is far above all of its kind: "mass: 82" among masses of some grams. And a
+ * body of a mass and a size has an inertia of at most about m L^2.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -57,7 +57,7 @@ static int read_written(const mech__slot *slot, written *w)
 /* masses and lengths: stiffnesses and inertias of one mechanism differ by any factor */
 static const mech_dim kilogram = {.kg = 1}, metre = {.m = 1};
 
-/** What a file writes with units. */
+/** Units in use in a file. */
 typedef struct habits {
     int scaled;    /* any number in a unit that is not SI */
     double length; /* largest of all [m] */
@@ -169,11 +169,10 @@ static void doubt_inertia(mech__reader *rd, int body)
     double expected = b->mass.value * size * size;
 
     if (node && expected > 0.0 && most > most_inertia * expected) {
-        mech__problem_at(
-            rd, node,
-            "warning: the inertia of %s, %.3g kg m^2, is %.2g times what %.3g kg within "
-            "%.3g m can have; is it in g mm^2 or kg mm^2?",
-            b->name, most, most / expected, b->mass.value, size);
+        mech__problem_at(rd, node,
+                         "warning: the inertia of %s, %.3g kg m^2, is %.2g times the largest of "
+                         "%.3g kg within %.3g m; is it in g mm^2 or kg mm^2?",
+                         b->name, most, most / expected, b->mass.value, size);
     }
 }
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * problems.c - collects what is wrong with a file, so that one run names all of it.
+ * problems.c - collects all problems of a file, for one report.
  *
  * Problems are found in the order of the reader's passes and handed over in the order of the file.
  * Messages hold user text only after it was made printable and short.

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * reader.h - what the files of the mechanism reader share.
+ * reader.h - shared by the files of the mechanism reader.
  *
  *   bytes --source.c--> tree of nodes --section_*.c--> mechanism + list of slots --slots.c-->
  * values
@@ -26,8 +26,8 @@ enum {
     MECH__MAX_TABLE = 64,     /* points of one table */
     MECH__MAX_STEPS = 256,    /* of one formula, after other formulas are put in */
     MECH__MAX_DEPTH = 32,     /* brackets; formulas that refer to formulas */
-    MECH__PART_FORMULAS = 10, /* mass, centre and inertia of what a part leaves of the whole, or of
-                                 what a fixed body makes of the one that carries it */
+    MECH__PART_FORMULAS = 10, /* mass, centre and inertia of a whole without its part, or of a body
+                                 with the fixed bodies on it */
     MECH__WHY = 200           /* room for the cause of a problem */
 };
 
@@ -51,7 +51,7 @@ typedef struct mech__node {
     struct mech__node *key; /* of an entry of a mapping */
 } mech__node;
 
-/** What a slot allows or demands. */
+/** Requirements of a slot. */
 enum {
     MECH__VANISHES = 1, /* a literal 0 is a structural zero */
     MECH__POSITIVE = 2,
@@ -104,7 +104,7 @@ typedef struct mech__copy {
     struct mech__copy *next;
 } mech__copy;
 
-/** What becomes of an inertia that no body can have: a principal moment that exceeds the sum of the
+/** Treatment of an inertia that no body can have: a principal moment that exceeds the sum of the
  *  other two. BALANCE: all three become their mean. */
 typedef enum { MECH__REFUSE, MECH__ACCEPT, MECH__BALANCE } mech__inertia;
 
@@ -121,9 +121,9 @@ typedef struct mech__reader {
     mech__copy *copies, *last_copy;
     const mech__node *table_at[MECH__MAX_THINGS]; /* the list of each table, in their order */
     const mech__node *body_node[MECH_BODIES];     /* entries in the order of m->bodies */
-    char orphan[MECH_BODIES]; /* the parent could not be found, which is told already */
+    char orphan[MECH_BODIES]; /* the parent was not found, which has been reported */
     mech__problem problems[MECH__MAX_PROBLEMS + 1];
-    const char *warnings[MECH_BODIES]; /* of what is taken all the same */
+    const char *warnings[MECH_BODIES]; /* of accepted inertias */
     mech__inertia inertia;
     int nproblem, nwarning, nomem;
     void *arena;
@@ -134,7 +134,7 @@ void mech__problem_at(mech__reader *rd, const mech__node *node, const char *form
 /** The same, `skip` characters into a plain scalar. */
 void mech__problem_in(mech__reader *rd, const mech__node *node, size_t skip, const char *format,
                       ...);
-/** Note what is told though the file is read: one for each body at most. */
+/** Note a warning; the file is read all the same: one for each body at most. */
 void mech__warn_at(mech__reader *rd, const mech__node *node, const char *format, ...);
 /** Hand all problems over, sorted by place; err gets the first. */
 void mech__problems_flush(mech__reader *rd, mech_report *report, void *ctx, stein_err *err);
@@ -229,7 +229,7 @@ void mech__repeat_all(mech__reader *rd);
 /** A fixed number that is no parameter: a formula of one constant. */
 void mech__constant(mech__reader *rd, mech_scalar *to, double value, const char *name,
                     const char *text);
-/** What a reference in a formula stands for. @return 0; -1 unknown, -2 failed before, -3 a loop */
+/** Value of a reference in a formula. @return 0; -1 unknown, -2 failed before, -3 a loop */
 int mech__reference(mech__reader *rd, const char *path, mech__expr *out);
 /** Did a number of this owner ("hammer") turn out wrong? */
 int mech__failed(const mech__reader *rd, const char *owner);
@@ -252,7 +252,7 @@ int mech__point_ref(mech__reader *rd, const mech__node *node, int *point);
 
 /* --- balls.c --- */
 
-/** How many joints of one axis that of an entry of `bodies` is: a ball is 4, that of a free body 7.
+/** Number of one-axis joints of an entry of `bodies`: 4 for a ball, 7 for a free body.
  */
 int mech__joints_of(const mech__node *entry);
 /** Put all of them but the last one, as bodies without mass, behind the bodies there are.
@@ -276,25 +276,25 @@ void mech__section_loops(mech__reader *rd);
 
 /* --- section_regulation.c --- */
 
-/** With all parameters at hand: the ranges of the regulation, and the texts of `about`. */
+/** With all parameters known: the ranges of the regulation, and the texts of `about`. */
 void mech__section_regulation(mech__reader *rd);
 
 /* --- section_tables.c --- */
 
 void mech__section_tables(mech__reader *rd);
-/** With all numbers at hand: do the points of every table increase? */
+/** With all numbers known: do the points of every table increase? */
 void mech__tables_finish(mech__reader *rd);
 
 /* --- split_body.c --- */
 
-/** What is left of every whole when its parts are taken out, and the places on parts. All numbers
+/** The rest of every whole without its parts, and the places on parts. All numbers
  *  are known, copies are made before and again after. */
 void mech__parts(mech__reader *rd);
 
 /* --- fixed_bodies.c --- */
 
-enum { MECH__FIXED = 'F' }; /* type of a body that is none of its own */
-/** Fixed bodies become part of what carries them, and are no bodies any more. */
+enum { MECH__FIXED = 'F' }; /* type of a body without a joint */
+/** Fixed bodies become part of the bodies that carry them, and are removed. */
 void mech__fixed(mech__reader *rd);
 /** Two bodies in one: b is joined to a, or with `apart` taken out of it. Its numbers in a's axes.
  *  @param name  of the whole: NAME.mass, NAME.centre.x, NAME.inertia.xx */
@@ -321,12 +321,12 @@ void mech__sensor_law(mech__reader *rd, mech_channel *c, const mech__node *entry
 
 /* --- motor.c --- */
 
-/** `motor` of a joint whose laws are [STEIN_JOINT_SIZE] without it. */
+/** `motor` of a joint; its laws without the motor are [STEIN_JOINT_SIZE]. */
 void mech__motor(mech__reader *rd, mech_body *b, const mech__node *node, const mech_scalar *law);
 
 /* --- checks.c --- */
 
-/** What can only be judged with all numbers at hand: inertias, mass matrix, extents. */
+/** Checks that need all numbers: inertias, mass matrix, extents. */
 void mech__checks(mech__reader *rd);
 /** The inertia of one body as the file states it. */
 void mech__check_inertia(mech__reader *rd, int body);
@@ -339,13 +339,13 @@ void mech__read_inertia(mech__reader *rd);
 void mech__principal(const mech_scalar I[6], double value[3]);
 /** Does one of them exceed the sum of the other two? */
 int mech__violates_triangle(const mech_scalar I[6]);
-/** With all numbers at hand, and before anything is made of them: the inertias that are balanced.
+/** With all numbers known, before they are used: the inertias that are balanced.
  */
 void mech__balance(mech__reader *rd);
 
 /* --- plausibility.c --- */
 
-/** Of a file without problems: what is possible, but hardly meant, noted as "warning: ...". */
+/** Of a file without problems: possible but implausible numbers, noted as "warning: ...". */
 void mech__doubts(mech__reader *rd);
 
 #endif

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * sanitizer.h - memory that a library wrote which clang's memory sanitizer does not see into.
+ * sanitizer.h - memory written by a library without instrumentation of clang's memory sanitizer.
  * Without that sanitizer these are nothing.
  * Included by: this folder.
  */

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * section_bodies.c - bodies, their joints and points, the fixed frame, and the free load's body.
  *
- * Names come first: bodies are put in the order in which a parent precedes its children (otherwise
- * that of the file) and all points get their places, before any number is declared. So a joint may
+ * Names come first: before any number is declared, bodies are ordered so that a parent precedes its
+ * children (otherwise in the order of the file), and all points get their places. So a joint may
  * sit at a point of a body that stands further down in the file.
  */
 #include <stdlib.h>
@@ -167,7 +167,7 @@ static void read_joint(mech__reader *rd, int index)
         }
         b->type = 'R';
         b->axis = 'y';
-        b->sign = 0; // not read: units of what acts in it are unknown
+        b->sign = 0; // not read: units of its laws are unknown
     }
 }
 
@@ -360,7 +360,7 @@ static void read_inertia(mech__reader *rd, mech_body *b, const mech__node *entry
     }
 }
 
-/** What acts in its joint, and where that begins. */
+/** Laws of its joint, and their start positions. */
 static void read_joint_numbers(mech__reader *rd, mech_body *b, const mech__node *entry)
 {
     const mech__node *initial = mech__get(entry, "initial");
@@ -415,7 +415,7 @@ static void read_body(mech__reader *rd, int index)
     place_points(rd, mech__get(entry, "points"), index);
 }
 
-/** The free load is a body of its own that slides along z; its contact comes with the contacts. */
+/** The free load is a separate body that slides along z; its contact comes with the contacts. */
 static void add_load(mech__reader *rd, const mech__node *load)
 {
     mech_body *b = &rd->m->bodies[rd->m->nbody];

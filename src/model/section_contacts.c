@@ -2,8 +2,8 @@
  * section_contacts.c - links, contacts, notches and the free load's contact.
  *
  * The mechanism has only spots: a circle (or an end of a line) against a circle or a line. So a
- * line that comes first changes places with the point it meets, a line against a line is written
- * out as its two ends, and the load as a contact between its flat underside and the point under it.
+ * line that comes first is exchanged with its point. A line against a line becomes two contacts at
+ * its ends. The load is a contact between its flat underside and the point under it.
  */
 #include <string.h>
 
@@ -204,7 +204,7 @@ static int can_touch(mech__reader *rd, const mech__node *between, const shape_ki
 }
 
 /** Circles and lines of a mechanism that moves in another plane than x-z, or in space: as spheres
- *  and planes, of which the ones stand across that plane. */
+ *  and planes; the planes are normal to the plane of motion. */
 static void lift_sides(mech__reader *rd, mech_contact *c, const mech__node *between)
 {
     const mechanism *m = rd->m;

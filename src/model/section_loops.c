@@ -37,7 +37,7 @@ static int read_points(mech__reader *rd, mech_loop *l, const mech__node *entry)
     return bad;
 }
 
-/** What holds the two points together. */
+/** Constraint of the two points. */
 static void read_kind(mech__reader *rd, mech_loop *l, const mech__node *entry)
 {
     const mech__node *rod = mech__get(entry, "rod"), *slot = mech__get(entry, "slot");

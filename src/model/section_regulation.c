@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * section_regulation.c - what a hand may turn while the mechanism runs, and what the file states
- * about its parts in words.
+ * section_regulation.c - numbers with sliders, and the texts of the file.
  *
  *   regulation:
  *     NAME: {from: QUANTITY, to: QUANTITY, label: text}     NAME: a parameter

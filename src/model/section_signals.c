@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * section_signals.c - inputs, outputs, what a stroke is made of, and the simulation's defaults.
+ * section_signals.c - inputs, outputs, the elements of a stroke, and the simulation's defaults.
  */
 #include <math.h>
 #include <string.h>
@@ -7,7 +7,7 @@
 #include "reader.h"
 #include "stein/model.h"
 
-/** What may be read of one kind of thing; the words of `choices` are the keys of `what`. */
+/** Readings of one kind of element; the words of `choices` are the keys of `what`. */
 typedef struct readable {
     const char *key, *what, *choices;
     int first; /* stein_read_kind of the first choice, the others follow */
@@ -233,7 +233,7 @@ static int read_energy(mech__reader *rd, mech_channel *c, const mech__node *entr
     return choice < 0 ? -1 : 0;
 }
 
-/** Which part of what a joint or a loop transmits: the size of the force, if nothing is said.
+/** Component of the reaction of a joint or a loop; default: the size of the force.
  *  @return 0 when it is known */
 static int read_reaction(mech__reader *rd, mech_channel *c, const mech__node *entry)
 {
@@ -301,7 +301,7 @@ static int check_plane(mech__reader *rd, const mech__node *node, int body)
     return first ? 0 : -1;
 }
 
-/** What a channel reads, and of which thing. @return 0 when both are known */
+/** Reading and element of a channel. @return 0 when both are known */
 static int read_source(mech__reader *rd, mech_channel *c, const mech__node *entry)
 {
     static const char *const keys[] = {"joint", "point", "contact", "notch",
@@ -341,7 +341,7 @@ static int read_source(mech__reader *rd, mech_channel *c, const mech__node *entr
         return -1;
     }
     if (c->read == STEIN_READ_INPUT_FORCE && rd->m->inputs[c->index].kind != STEIN_INPUT_MOTION) {
-        mech__problem_at(rd, read, "only a motion input has a force of its own, expected value");
+        mech__problem_at(rd, read, "only a motion input has a force, expected value");
         return -1;
     }
     if (c->read == STEIN_READ_ANGLE) {
@@ -433,7 +433,7 @@ static void read_tolerance(mech__reader *rd, const mech__node *map)
                          "x, y, z or gap",
                          c->name);
     } else if (text == NULL || mech_parse_unit(c->unit, &dim, NULL) != 0) {
-        return; // told already
+        return; // already reported
     } else if (mech_parse_quantity(text, dim, &m->tolerance, &err) != STEIN_OK) {
         mech__problem_at(rd, entry, "tolerance = %s", err.msg);
     } else if (!(m->tolerance > 0.0)) {

@@ -12,7 +12,7 @@
 
 enum { FEWEST = 2 };
 
-/** What a table needs to be read. */
+/** Input for reading a table. */
 typedef struct words {
     const char *value, *unit, *at_unit; /* key and unit of its values, unit of its points */
 } words;
@@ -54,7 +54,7 @@ static int surface_ref(mech__reader *rd, const mech__node *node, int notch, int 
     return -1;
 }
 
-/** Where it sits and what it is read over. @return 0, -1 after noting the problem */
+/** Its place and argument. @return 0, -1 after noting the problem */
 static int read_place(mech__reader *rd, mech_table *t, const mech__node *entry)
 {
     const mech__node *joint = mech__get(entry, "joint"), *contact = mech__get(entry, "contact");

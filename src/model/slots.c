@@ -2,8 +2,8 @@
  * slots.c - the numbers of a mechanism: declaring them, overriding them, working them out.
  *
  * A slot becomes a structural zero, a parameter or a formula. Plain numbers come first, in the
- * order in which the sections declared them, so that parameters are numbered by the file and not by
- * who refers to whom. Formulas follow, each after those it refers to.
+ * order of their declaration in the sections, so that the numbering of parameters follows the file
+ * and not the references in formulas. Formulas follow, each after those it refers to.
  */
 #include <math.h>
 #include <stdarg.h>
@@ -63,7 +63,7 @@ static void problem_twice(mech__reader *rd, const mech__slot *old, const mech__n
     if (old->flags & MECH__DECLARED) {
         mech__problem_at(rd, old->named,
                          "the parameter \"%s\" has the name of another number "
-                         "of the file, expected a name of its own",
+                         "of the file, expected another name",
                          old->path);
     } else {
         mech__problem_at(rd, node ? node : old->node,
@@ -232,7 +232,7 @@ static stein_range range_of(const mech__slot *s)
                                            : STEIN_ANY;
 }
 
-/** A number that is a parameter and nothing else: the parameter has to be what the number can be.
+/** A plain parameter: the parameter has to be in the number's range.
  */
 static void narrow(mech_param *p, stein_range range)
 {
@@ -305,7 +305,7 @@ static int check_range(mech__reader *rd, const mech__slot *s, double value)
     return what ? -1 : 0;
 }
 
-/** An override of a formula would be ambiguous: name what the formula is made of instead. */
+/** An override of a formula would be ambiguous: name the parameters of the formula instead. */
 static void problem_formula_set(mech__reader *rd, const mech__slot *s, const mech__expr *e)
 {
     const char *names = "", *sep = "";

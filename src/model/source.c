@@ -3,7 +3,7 @@
  *
  * Events instead of libyaml's documents: depth, size, anchors and tags are refused before anything
  * is built from them, and the tree is ours, in one arena. A file that is no valid YAML gives one
- * problem; what the schema makes of a valid one is judged later.
+ * problem; the schema is checked later.
  */
 #include <stdarg.h>
 #include <stdint.h>
@@ -107,7 +107,7 @@ static int fatal(builder *b, const yaml_mark_t *mark, const char *what)
     return -1;
 }
 
-/** Keys are scalars and stand once. A repeated one is noted and dropped. */
+/** Keys are scalars and unique. A repeated one is noted and dropped. */
 static int append_entry(builder *b, mech__node *parent, mech__node *node)
 {
     mech__node *key = b->key[b->depth - 1];
@@ -115,7 +115,7 @@ static int append_entry(builder *b, mech__node *parent, mech__node *node)
     b->key[b->depth - 1] = NULL;
     for (const mech__node *n = parent->first; n; n = n->next) {
         if (strcmp(n->key->text, key->text) == 0) {
-            mech__problem_at(b->rd, key, "the key \"%s\" stands twice, first in line %d",
+            mech__problem_at(b->rd, key, "the key \"%s\" appears twice, first in line %d",
                              mech__shown(b->rd, key->text), n->key->line);
             return 0;
         }

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT
- * split_body.c - a body cut in two: what is left of the whole, and the places on the part.
+ * split_body.c - a body cut in two: the rest of the whole, and the places on the part.
  *
  * A part of a body is described as drawn on the whole: its points, its centre and its joint are
  * in the whole's axes, from the whole's origin. Mass, centre and inertia stated for the whole
- * are those of both together. So a number keeps its name and its meaning when a body is cut, and
- * what is left stays right when the whole is weighed or fitted again:
+ * include both. So a number keeps its name and its meaning when a body is cut, and the rest stays
+ * right when the whole is weighed or fitted again:
  *
  *      m' = m - m_p      c' = (m c - m_p p)/m'      u = p - c
  *      I' = I - I_p - m m_p/m' (u^2 1 - u u^T)
@@ -82,11 +82,11 @@ static mech_scalar finish(mech__reader *rd, const builder *b, const mech__node *
     return mech__formula(rd, name, text, b->step, b->n);
 }
 
-/* --- what is left --- */
+/* --- the rest --- */
 
 typedef struct cut {
     mech__reader *rd;
-    const mech_body *whole, *part; /* the whole as it is before */
+    const mech_body *whole, *part; /* the whole before the split */
     const mech__node *node;
     builder *b;
     mech_op op, other; /* the part is taken away (SUB), or added; the opposite */
@@ -195,7 +195,7 @@ static void cut_body(mech__reader *rd, int index)
 
     if (!(whole->mass.value > part->mass.value)) {
         mech__problem_at(rd, rd->body_node[index],
-                         "the mass of %s is not larger than that of its part %s", whole->name,
+                         "the mass of %s is not larger than the mass of its part %s", whole->name,
                          part->name);
         return;
     }

@@ -83,7 +83,7 @@ static const unit *find_unit(const char *name, size_t length)
     return NULL;
 }
 
-/** Length of a word that can only be meant as a unit: letters, no reference and no function. */
+/** Length of a word that can only be a unit: letters, no reference and no function. */
 static size_t unit_word(const char *s)
 {
     size_t n = 0;
@@ -197,7 +197,7 @@ static int factor_at(const char *s, int sign, product *u, char why[MECH__WHY])
     return (int)(end - s);
 }
 
-/** Unit at s (which may begin with blanks). Stops before what belongs to a formula around it.
+/** Unit at s (which may begin with blanks). Stops before operators of a formula around it.
  *  @return bytes used, 0 when no unit is here, -1 on error */
 static int unit_at(const char *s, product *u, char why[MECH__WHY], const char **bad)
 {

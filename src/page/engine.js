@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * engine.js - the WebAssembly module of shim.c with names and arrays. Knows nothing of the page, so
+ * engine.js - the WebAssembly module of shim.c with names and arrays. Independent of the page, so
  * that it runs without a browser too. */
 "use strict";
 

@@ -123,7 +123,7 @@ const Geometry = (() => {
     return { model, params, num, vec, place, places, world, at, project, local, shape, spot, notch,
              views: flatOnly ? ["front"] : Object.keys(views), look(name) { view = views[name]; },
              flat: (v) => { const w = vec(v); return [w[0], w[2]]; },
-             /* an axis of a body's joint, as it is now, in the drawing */
+             /* the present axis of a body's joint, in the drawing */
              along: (body, axis) => project(frame(body).R.map((row) => row[axis])) };
   }
 

@@ -130,7 +130,8 @@ const Page = (() => {
                  pushes: model.inputs.map((k, i) => (held[i] && !seen ? touch : 0)),
                  named: asleep || !seenMove || paused });
     traces.draw(engine.trace(), model.until, s.values,
-                { frozen: replay.frozen, measured, opened: replay.opened(), at: seen ? seen.t : null });
+                { frozen: replay.frozen, measured, samples: replay.samples(), opened: replay.opened(),
+                  at: seen ? seen.t : null });
     strokes.draw();
     showScrub();
     $("state").textContent = seenMove ? describeState(s.phase) : hint();
@@ -229,7 +230,7 @@ const Page = (() => {
     });
   }
 
-  /* what comes is recorded anew */
+  /* recording starts again */
   function record() {
     if (paused) pause(false);
     replay.begin();
@@ -378,7 +379,7 @@ const Page = (() => {
     const busy = (e) => e.ctrlKey || e.metaKey || e.altKey || $("help").open;
     document.addEventListener("keydown", (e) => {
       if (busy(e)) return;
-      const name = e.key.toLowerCase(); // whatever Caps Lock says
+      const name = e.key.toLowerCase(); // with or without Caps Lock
       if (name === " " && first && !e.target.closest("button")) { // a slider has no use for it
         if (!e.repeat) press(first.i, true);
         e.preventDefault();

@@ -14,7 +14,7 @@ const Measured = (() => {
     return { name: (m ? m[1] : text).trim(), factor: m ? units[unit] ?? NaN : 1 };
   }
 
-  /* @return { samples: [{ t, values: { channel: value } }], channels } or throws what is wrong */
+  /* @return { samples: [{ t, values: { channel: value } }], channels } or throws a message */
   function read(text, model) {
     const lines = text.replace(/^\uFEFF/, "").split(/\r?\n/).filter((l) => l.trim() !== "" && l[0] !== "#");
     const apart = lines.length > 0 && !lines[0].includes(",") ? (lines[0].includes(";") ? ";" : "\t") : ",";

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
- * preview.js - what the mechanism does before anyone touches it: its own run, for the directions to
- * look from and the box of the drawing in each, the travel of contacts, guides of what slides, and
- * the ranges of the traces. */
+ * preview.js - a run of the mechanism without a user. It gives the directions of view and the box
+ * of the drawing in each, the travel of contacts, guides of sliding bodies, and the ranges of the
+ * traces. */
 "use strict";
 
 const Preview = (() => {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * replay.js - the last stroke, sample by sample, to be looked at again; and strokes that were frozen,
- * to be compared with later ones. A stroke is what followed the last press, load or start. */
+ * replay.js - the samples of the last stroke, for replay, and frozen strokes for comparison. A
+ * stroke begins with the last press, load or start. */
 "use strict";
 
 const Replay = (() => {
@@ -23,17 +23,18 @@ const Replay = (() => {
     return {
       frozen,
       begin() { samples = []; },
-      /* what is now */
+      /* add a sample */
       note() {
         if (samples.length === most) samples = samples.slice(most / 2);
         samples.push({ t: engine.time(), q: engine.q().slice(), forces: engine.forces().slice(),
                        load: engine.loadPresent(), phase: engine.phase(),
                        values: engine.channels().slice() });
       },
+      samples: () => samples,
       length: () => samples.length,
       sample: (i) => samples[Math.min(i, samples.length - 1)],
       opened: () => (samples.length > 0 ? samples[0].t : engine.time()),
-      /* keep what was recorded, with the parameters that it had */
+      /* keep the recorded stroke with its parameters */
       freeze(params) {
         if (samples.length < 2) return false;
         frozen.push({ samples, opened: samples[0].t, params: params.slice() });

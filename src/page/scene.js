@@ -30,7 +30,7 @@ const Scene = (() => {
     return p.length < 3 ? p : [...half(p), ...half(p.reverse())];
   }
 
-  /* which bodies are key, hammer and pawl; null where there is no such action */
+  /* which bodies are key, hammer and pawl; null without such an action */
   function findAction(model) {
     const k = model.notches[model.notch];
     if (!k || k.beak < 0 || k.catcher < 0 || model.bodies[k.beak].parent < 0) return null;

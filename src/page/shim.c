@@ -9,9 +9,9 @@
  *   page_aim     a parameter turned             page_push     a force input
  *   page_load    the free load                  page_verify   a stroke of the file, hashed
  *
- * A parameter does not jump: it moves towards its aim by at most pace * dt a step, so a surface in
- * contact moves slowly against what presses on it, and the work done on the mechanism is the hand's
- * (force times way), not a jump of stored energy.
+ * A parameter does not jump: it moves towards its aim by at most pace * dt a step. So a loaded
+ * surface moves slowly, and the energy added to the mechanism is the work of a hand (force times
+ * path), not a jump of stored energy.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -40,7 +40,7 @@ static const double pulse_tail = 2e-3;    /* the head is gone for so long [s] */
 /* a number on its way */
 typedef struct dial {
     double now, aim, pace; /* [SI], pace per second */
-    int bound;             /* a push: the simulation asks for it */
+    int bound;             /* a push: the simulation calls it */
 } dial;
 
 /* one page holds one simulation */
@@ -211,13 +211,13 @@ EXPORT(page_start) stein_status page_start(double dt, int integrator, int settle
     return STEIN_OK;
 }
 
-/** What the last failure was. */
+/** The last failure. */
 EXPORT(page_message) const char *page_message(void)
 {
     return page.err.msg;
 }
 
-/** Back to the initial state, with the parameters as they are aimed at. @return a stein_status */
+/** Back to the initial state, with the parameters at their aims. @return a stein_status */
 EXPORT(page_reset) stein_status page_reset(void)
 {
     for (int i = 0; i < page.model.np; i++) {
@@ -268,7 +268,7 @@ EXPORT(page_load) stein_status page_load(int on)
     return STEIN_OK;
 }
 
-/** Forget the last stroke; what comes is a new one. */
+/** Forget the last stroke; the next one is new. */
 EXPORT(page_stroke_begin) void page_stroke_begin(void)
 {
     forget_stroke();
@@ -455,7 +455,7 @@ EXPORT(page_trace_rows) double page_trace_rows(void)
 }
 
 /** The force on the string since the impact, one value a step; its length when it is complete, else
- *  0. It is told once. */
+ *  0. It is reported once. */
 EXPORT(page_pulse) const double *page_pulse(void)
 {
     return page.pulse;
@@ -480,8 +480,8 @@ static const char *hash_of(const unsigned char *bytes, size_t n)
     return page.hash;
 }
 
-/** The mechanism as its file has it, run from its initial state to `until` beside the one that is
- *  shown: hash of the state there, "" after a failure. */
+/** The mechanism with its file's numbers, run from its initial state to `until` beside the shown
+ *  simulation: hash of the state there, "" after a failure. */
 EXPORT(page_verify) const char *page_verify(double until)
 {
     stein_sim *sim = NULL;

@@ -14,7 +14,7 @@ const Sound = (() => {
   const piece = 4096, ahead = 0.01; // samples; [s] between a piece's making and its hearing
   let context = null, on = false;
 
-  /* what a pulse of force [N], one value each dt [s], leaves in the modes: pointers that turn and
+  /* state of the modes after a pulse of force [N], one value each dt [s]: pointers that turn and
    * shrink by one complex product a sample */
   function modesOf(pulse, dt, rate) {
     const modes = [];

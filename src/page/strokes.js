@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * strokes.js - what became of each stroke: rows of a table, points of the chart of escapement
+ * strokes.js - results of each stroke: rows of a table, points of the chart of escapement
  * against the stop's place, with the line of the paper. */
 "use strict";
 

@@ -103,13 +103,13 @@ const Traces = (() => {
       ctx.stroke();
     }
 
-    /* a frozen stroke, from where the present one began */
-    function under(c, old, end, span, Y, opened) {
+    /* a frozen stroke, from where the present one began; up to the time `last` */
+    function under(c, old, end, span, Y, opened, last = end) {
       ctx.beginPath();
       let pen = false;
       for (const s of old.samples) {
         const t = s.t - old.opened + opened;
-        if (t < end - span || t > end) continue;
+        if (t < end - span || t > last) continue;
         const x = width - (end - t) / span * (width - gutter), y = Y(s.values[c.i]);
         if (pen) ctx.lineTo(x, y);
         else ctx.moveTo(x, y);
@@ -154,7 +154,7 @@ const Traces = (() => {
       seen = trace.n;
     }
 
-    /* now: channels that are shown; replay: { frozen, measured, opened, at }, at null: nothing is looked at again */
+    /* now: channels that are shown; replay: { frozen, measured, samples, opened, at }, at null: no replay */
     function draw(trace, span, now, replay) {
       learn(trace);
       const ratio = canvas.width / width;
@@ -179,6 +179,8 @@ const Traces = (() => {
         lane.list.forEach((c, k) => {
           ctx.strokeStyle = colour.tones[k % colour.tones.length];
           ctx.lineWidth = 1.6;
+          if (replay.at !== null && trace.n > trace.rows) // older than the trace
+            under(c, replay, end, span, Y, replay.opened, trace.at[(trace.n % trace.rows) * trace.width]);
           if (trace.n > 1) curve(c, trace, end, span, Y, lane);
           c.shown.textContent = lane.phase ? roman[now[c.i]] : Format.quantity(now[c.i], c.unit);
         });

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * words.js - what the page says, in four languages. Words of the mechanism's file are in one; those
- * of the action of 1788 are known here by their English text. */
+ * words.js - texts of the page, in four languages. Words of the mechanism's file are in one; texts
+ * of the action of 1788 are found here by their English text. */
 "use strict";
 
 const Words = (() => {

@@ -12,9 +12,9 @@
  *      libsteinlab, libstein
  *
  * Numbers are not copied: a Block shows memory of the library, which numpy reads, and keeps alive
- * what the memory belongs to. While something is computed the interpreter's lock is free; a lock of
- * its own keeps each simulation to one thread at a time. A Model never changes, so it needs none.
- * Long work asks twenty times a second whether Control-C was pressed (py__ask).
+ * what the memory belongs to. While something is computed the interpreter's lock is free; a lock
+ * for each simulation allows one thread at a time. A Model never changes, so it needs none. Long
+ * work checks twenty times a second whether Control-C was pressed (py__ask).
  * Included by: this folder.
  */
 #ifndef MODULE_H
@@ -42,7 +42,7 @@ typedef struct py__state {
 /** Raise what stein._support makes of a failure. @param problems  texts, or NULL  @return NULL */
 PyObject *py__fail(const py__state *st, stein_status status, const char *message,
                    PyObject *problems);
-/** Raise that there is no such thing. @param known  names as the keys of a dict, which is taken
+/** Raise UnknownName. @param known  names as the keys of a dict, which is taken
  *  over; NULL: an exception is set  @return NULL */
 PyObject *py__fail_name(const py__state *st, const char *what, const char *name, PyObject *known);
 PyObject *py__text_of(const char *text);
@@ -121,8 +121,8 @@ const stein_model *py__equations(const py__model *m);
 const char *py__file(const py__model *m);
 /** Those that it was opened with; problems go to the call. */
 lab_options py__options_of(const py__model *m, py__call *c);
-/** Names of n things as the keys of a dict, with a text of each. Name and text i stand `stride`
- *  bytes behind those of i - 1. */
+/** Names of n things as the keys of a dict, with a text of each. Name and text i are `stride` bytes
+ *  behind name and text i - 1. */
 PyObject *py__dict_of(int n, const char *const *name, const char *const *text, size_t stride);
 /** Outputs and inputs with their units. */
 PyObject *py__outputs(const stein_model *e);

@@ -336,7 +336,7 @@ static PyObject *sim_step(PyObject *self, PyObject *args)
     if (n == 1) {
         status = stein_step(s->sim, &err);
     } else {
-        (void)many_steps(s, n); // its exception is told by leaving
+        (void)many_steps(s, n); // leave raises its exception
     }
     double t = stein_time(s->sim);
     return py__leave_with(s, status, &err) ? PyFloat_FromDouble(t) : NULL;

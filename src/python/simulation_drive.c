@@ -3,7 +3,7 @@
  * own.
  *
  * A function of Python is called at every evaluation, several times a step. One that raises makes
- * the step fail, by numbers that are none; its exception is told when the simulation is left.
+ * the step fail, by numbers that are none; its exception is raised when the simulation is left.
  */
 #include "simulation.h"
 

@@ -53,7 +53,7 @@ static stein_status begin_slopes(slopes *l, stein_sim *sim, stein_err *err)
     return status;
 }
 
-/* those of the sample that the record has just taken, if it has */
+/* the values of the record's last sample, if it has just been taken */
 static stein_status keep_slopes(slopes *l, const lab_record *record, const stein_model *m,
                                 stein_err *err)
 {

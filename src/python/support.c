@@ -149,7 +149,7 @@ int py__ask(void *ctx)
     return is_stopped(c);
 }
 
-/* a lab_fit_progress_fn; work of other threads is told by this one */
+/* a lab_fit_progress_fn; this thread reports the work of other threads */
 void py__on_progress(void *ctx, double fraction, const char *step)
 {
     py__call *c = ctx;
@@ -189,7 +189,7 @@ void py__on_report(void *ctx, const char *message)
     PyGILState_STATE gil = PyGILState_Ensure();
     PyObject *text = py__text_of(message);
     if (text == NULL || PyList_Append(c->problems, text) != 0) {
-        PyErr_Clear(); // the failure itself is told all the same
+        PyErr_Clear(); // the failure itself is raised all the same
     }
     Py_XDECREF(text);
     PyGILState_Release(gil);

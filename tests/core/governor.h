@@ -45,7 +45,7 @@ static inline int governor_rates(double t, const double y[], double f[], void *c
 }
 
 /** y {z, a, vz, va} after 10 s by Prince & Dormand's order 8 with a tolerance of 1e-13.
- *  @return GSL_SUCCESS, or what GSL says */
+ *  @return GSL_SUCCESS, or GSL's code */
 static inline int governor_by_hand(double y[4])
 {
     const double bar = 0.3, bob = 5.0, m = bar + bob, c = (0.5 * bar + bob) / m;

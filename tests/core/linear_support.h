@@ -8,7 +8,7 @@
 
 #include "lab_support.h"
 
-/** One of a file's text or of a built-in model, its simulation, what stein_linear_at gives. */
+/** A mechanism from a text or a built-in model, its simulation, the result of stein_linear_at. */
 typedef struct linearised {
     lab_model *model; /* NULL: built in */
     stein_sim *sim;
@@ -49,7 +49,7 @@ static inline void linear_end(linearised *x)
     lab_close(x->model);
 }
 
-/** At rest in a state of one's own: positions of all joints, and speeds or NULL. */
+/** At rest in a given state: positions of all joints, and speeds or NULL. */
 static inline void linear_put(linearised *x, const double *q, const double *qd)
 {
     double zero[64] = {0.0};

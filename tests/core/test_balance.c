@@ -95,7 +95,7 @@ START_TEST(all_energy_of_a_stroke_is_explained)
 END_TEST
 
 /* work of each law, against the power of its force at every step */
-START_TEST(a_block_loses_what_its_friction_takes)
+START_TEST(a_block_dissipates_by_its_friction)
 {
     const stein_model *model = &stein_model_block_on_slope;
     start(model, STEIN_RK4, 1e-5);
@@ -122,7 +122,7 @@ static void pull(void *ctx, double t, const double *q, const double *qd, double 
     Q[0] += *(double *)ctx;
 }
 
-START_TEST(a_hook_is_told_apart)
+START_TEST(a_hook_has_its_own_sum)
 {
     double torque = 0.0385;
     start(&stein_model_pendulum, STEIN_DP5, 1e-3);
@@ -143,7 +143,7 @@ static void swing(void *ctx, double t, double u[3])
     u[2] = 0.01 * (2.0 * 31.7 * cos(31.7 * t) - 31.7 * 31.7 * t * sin(31.7 * t));
 }
 
-START_TEST(a_prescribed_motion_brings_what_it_needs)
+START_TEST(a_prescribed_motion_does_the_work_of_its_force)
 {
     const stein_model *model = &stein_model_stein1788;
     int input = -1;
@@ -180,7 +180,7 @@ START_TEST(a_load_that_is_lifted_takes_its_energy_away)
 END_TEST
 
 /* One balance or sensitivity rides at a time; another mechanism is refused. */
-START_TEST(who_rides_with_a_simulation)
+START_TEST(sensitivities_and_balances_follow_one_at_a_time)
 {
     stein_balance *other = NULL;
     stein_sim *pendulum = make_sim(&stein_model_pendulum, STEIN_RK4, 0.0);
@@ -294,11 +294,11 @@ Suite *balance_suite(void)
     tcase_add_loop_test(energies, a_motion_keeps_its_bits, 0, 3);
     tcase_add_test(energies, what_is_read_is_at_the_end_of_the_last_step);
     tcase_add_test(energies, all_energy_of_a_stroke_is_explained);
-    tcase_add_test(energies, a_block_loses_what_its_friction_takes);
-    tcase_add_test(energies, a_hook_is_told_apart);
-    tcase_add_test(energies, a_prescribed_motion_brings_what_it_needs);
+    tcase_add_test(energies, a_block_dissipates_by_its_friction);
+    tcase_add_test(energies, a_hook_has_its_own_sum);
+    tcase_add_test(energies, a_prescribed_motion_does_the_work_of_its_force);
     tcase_add_test(energies, a_load_that_is_lifted_takes_its_energy_away);
-    tcase_add_test(energies, who_rides_with_a_simulation);
+    tcase_add_test(energies, sensitivities_and_balances_follow_one_at_a_time);
     tcase_add_test(steps, controlled_steps_follow_a_stiff_contact);
     tcase_add_test(steps, controlled_steps_depend_on_the_state_alone);
     tcase_add_test(steps, a_batch_takes_them_as_well);

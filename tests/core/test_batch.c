@@ -62,7 +62,7 @@ END_TEST
 
 enum { LOOKS = 60 };
 
-/* what is seen at times that have nothing to do with steps */
+/* looks at times that do not depend on steps */
 typedef struct eye {
     double every;
     int n;
@@ -82,7 +82,7 @@ static double look(void *ctx, stein_sim *sim)
 
 static void mix(stein_sim *sim, int i);
 
-/* paces that differ, some of them with somebody who looks */
+/* paces that differ, some of them with a look function */
 static void set_paces(stein_pace *pace, eye *e)
 {
     for (int i = 0; i < PLACES; i++) {
@@ -193,7 +193,7 @@ START_TEST(every_mechanism_moves_in_lanes_as_alone)
 }
 END_TEST
 
-/* far angles of one lane go through other branches of sine and cosine than those of its neighbour
+/* far angles of one lane use other branches of sine and cosine than its neighbour
  */
 static void turn_far(stein_sim *sim, int i)
 {
@@ -213,7 +213,7 @@ START_TEST(angles_of_any_size_turn_in_lanes_as_alone)
 }
 END_TEST
 
-/* ---- who rides and who does not ---- */
+/* ---- simulations in lanes and alone ---- */
 
 static void press(void *ctx, double t, const double *q, const double *qd, double *Q)
 {
@@ -253,7 +253,7 @@ START_TEST(those_that_cannot_ride_run_alone_beside_those_that_can)
     if (has_width(&stein_model_stein1788, widths[_i])) {
         make_twins(&t, &stein_model_stein1788, STEIN_RK4, widths[_i], mix);
         run_twins(&t, 0.012, 0.1e-3);
-        // who loses its hook may ride, who gets one gets off
+        // a simulation without its hook enters a lane again, one with a new hook leaves it
         for (int i = 0; i < PLACES; i++) {
             stein_on_force(t.alone[i], i % 3 ? NULL : press, NULL);
             stein_on_force(stein_batch_sim(t.batch, i), i % 3 ? NULL : press, NULL);
@@ -354,7 +354,7 @@ START_TEST(several_steps_in_one_go_end_with_the_first_event)
 }
 END_TEST
 
-START_TEST(looking_on_changes_nothing_and_what_was_changed_counts)
+START_TEST(looking_changes_nothing_and_changes_between_steps_count)
 {
     twins t;
     if (!has_width(&stein_model_stein1788, widths[_i])) {
@@ -438,7 +438,7 @@ START_TEST(a_simulation_that_fails_fails_alone_with_the_words_it_always_has)
 }
 END_TEST
 
-START_TEST(a_batch_is_one_block_and_refuses_what_does_not_fit)
+START_TEST(a_batch_is_one_block_and_refuses_other_simulations)
 {
     const stein_model *model = &stein_model_stein1788;
     stein_sim_def def = stein_sim_def_default(model);
@@ -472,7 +472,7 @@ START_TEST(a_batch_is_one_block_and_refuses_what_does_not_fit)
     ck_assert_int_eq(stein_batch_put(batch, -1, NULL, &err), STEIN_EINVAL);
     ck_assert_ptr_null(stein_batch_sim(batch, 1));
     ck_assert_ptr_null(stein_batch_look(batch, 9));
-    ck_assert_int_eq(stein_batch_step(batch, NULL, &err), STEIN_OK); // nobody is there
+    ck_assert_int_eq(stein_batch_step(batch, NULL, &err), STEIN_OK); // the place is empty
     stein_sim_destroy(sim);
     stein_sim_destroy(other);
     stein_batch_destroy(batch);
@@ -495,9 +495,9 @@ Suite *batch_suite(void)
     tcase_add_loop_test(tc, those_that_cannot_ride_run_alone_beside_those_that_can, 0, 4);
     tcase_add_test(tc, a_place_is_filled_again_while_others_go_on);
     tcase_add_loop_test(tc, several_steps_in_one_go_end_with_the_first_event, 0, 4);
-    tcase_add_loop_test(tc, looking_on_changes_nothing_and_what_was_changed_counts, 0, 4);
+    tcase_add_loop_test(tc, looking_changes_nothing_and_changes_between_steps_count, 0, 4);
     tcase_add_loop_test(tc, a_simulation_that_fails_fails_alone_with_the_words_it_always_has, 0, 4);
-    tcase_add_test(tc, a_batch_is_one_block_and_refuses_what_does_not_fit);
+    tcase_add_test(tc, a_batch_is_one_block_and_refuses_other_simulations);
     suite_add_tcase(suite, tc);
     return suite;
 }

@@ -128,7 +128,7 @@ START_TEST(a_deformation_is_the_depth_and_its_rate)
 END_TEST
 
 /* of several points that touch the deepest counts: the beak under the roof, at rest */
-START_TEST(a_notch_tells_its_deepest_point)
+START_TEST(a_notch_gives_its_deepest_point)
 {
     const stein_model *model = &stein_model_stein1788;
     stein_sim *sim = make_sim(model, STEIN_RK4, 1e-5);
@@ -388,7 +388,7 @@ Suite *contact_suite(void)
     TCase *tc = tcase_create("contact");
     tcase_set_timeout(tc, 60.0);
     tcase_add_test(tc, a_deformation_is_the_depth_and_its_rate);
-    tcase_add_test(tc, a_notch_tells_its_deepest_point);
+    tcase_add_test(tc, a_notch_gives_its_deepest_point);
     tcase_add_test(tc, free_fall_meets_the_floor_at_the_time_of_the_formula);
     tcase_add_test(tc, restitution_follows_the_energy_balance_at_every_impact_speed);
     tcase_add_test(tc, deepest_compression_follows_the_energy_balance);

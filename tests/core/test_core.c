@@ -20,7 +20,7 @@ START_TEST(a_simulation_is_one_allocation_and_stepping_none)
     stein_sim *sim;
     ck_assert_stein(stein_sim_create(&sim, &stein_model_stein1788, &def, err));
     ck_assert_int_eq(live, 1);
-    size_t before = SANITIZED ? 0 : mallinfo2().uordblks; // a sanitizer has a heap of its own
+    size_t before = SANITIZED ? 0 : mallinfo2().uordblks; // a sanitizer has its own heap
     ck_assert_stein(stein_set(sim, "pawl.stop_shift", -0.137e-3, err));
     ck_assert_stein(stein_reset(sim, err));
     ck_assert_stein(stein_run(sim, 0.1, err));
@@ -32,7 +32,7 @@ START_TEST(a_simulation_is_one_allocation_and_stepping_none)
 }
 END_TEST
 
-START_TEST(creation_refuses_what_it_cannot_use_and_says_which_field)
+START_TEST(creation_refuses_invalid_fields_by_name)
 {
     static const struct {
         const char *field;
@@ -69,7 +69,7 @@ START_TEST(creation_refuses_what_it_cannot_use_and_says_which_field)
 }
 END_TEST
 
-START_TEST(headers_and_library_say_the_same_version)
+START_TEST(headers_and_library_have_the_same_version)
 {
     char parts[32];
     snprintf(parts, sizeof parts, "%d.%d.%d", STEIN_VERSION_MAJOR, STEIN_VERSION_MINOR,
@@ -229,7 +229,7 @@ static void sine_signal(void *ctx, double t, double u[3])
     u[2] = -s->a * s->w * s->w * sin(s->w * t);
 }
 
-START_TEST(a_prescribed_joint_follows_its_signal_and_tells_the_force)
+START_TEST(a_prescribed_joint_follows_its_signal_and_gives_the_force)
 {
     // drive the key of the action downwards and compare the force with inverse dynamics of the tree
     stein_sim *sim = make_sim(&stein_model_stein1788, STEIN_RK4, 0.0);
@@ -259,7 +259,7 @@ START_TEST(a_prescribed_joint_follows_its_signal_and_tells_the_force)
 }
 END_TEST
 
-START_TEST(an_instrument_distorts_as_its_formula_says_and_not_by_default)
+START_TEST(an_instrument_distorts_by_its_formula_and_not_by_default)
 {
     const stein_model *m = &stein_model_stein1788;
     stein_sim *sim = make_sim(m, STEIN_RK4, 0.0);
@@ -352,7 +352,7 @@ START_TEST(equations_agree_with_each_other_through_the_interface)
 }
 END_TEST
 
-START_TEST(points_move_as_their_jacobian_says)
+START_TEST(points_move_by_their_jacobian)
 {
     const stein_model *m = &stein_model_stein1788;
     stein_sim *sim = make_sim(m, STEIN_RK4, 0.0);
@@ -451,8 +451,8 @@ Suite *core_suite(void)
     tcase_set_timeout(tc, 60.0);
     tcase_add_test(tc, a_simulation_is_one_allocation_and_stepping_none);
     tcase_add_test(tc, the_bits_are_those_that_were_accepted);
-    tcase_add_test(tc, creation_refuses_what_it_cannot_use_and_says_which_field);
-    tcase_add_test(tc, headers_and_library_say_the_same_version);
+    tcase_add_test(tc, creation_refuses_invalid_fields_by_name);
+    tcase_add_test(tc, headers_and_library_have_the_same_version);
     tcase_add_test(tc, parameters_are_set_and_read_by_name);
     tcase_add_test(tc, names_are_found_or_minus_one);
     tcase_add_test(tc, every_channel_of_every_model_reads_a_number);
@@ -460,12 +460,12 @@ Suite *core_suite(void)
     tcase_add_test(tc, a_state_that_leaves_the_numbers_stops_with_time_and_joint);
     tcase_add_test(tc, a_singular_mass_matrix_is_named_not_divided_by);
     tcase_add_test(tc, no_equilibrium_is_an_error_not_a_guess);
-    tcase_add_test(tc, a_prescribed_joint_follows_its_signal_and_tells_the_force);
-    tcase_add_test(tc, an_instrument_distorts_as_its_formula_says_and_not_by_default);
+    tcase_add_test(tc, a_prescribed_joint_follows_its_signal_and_gives_the_force);
+    tcase_add_test(tc, an_instrument_distorts_by_its_formula_and_not_by_default);
     tcase_add_test(tc, an_input_has_a_gain_and_a_delay);
     tcase_add_test(tc, a_worn_contact_begins_later_by_its_gap);
     tcase_add_test(tc, equations_agree_with_each_other_through_the_interface);
-    tcase_add_test(tc, points_move_as_their_jacobian_says);
+    tcase_add_test(tc, points_move_by_their_jacobian);
     tcase_add_test(tc, a_large_tree_is_solved_along_its_branches);
     tcase_add_test(tc, compiled_later_equations_are_checked_before_use);
     suite_add_tcase(suite, tc);

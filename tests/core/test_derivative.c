@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * test_derivative.c - generated derivatives against complex steps through the graph they are of.
- * Those of qdd with contacts are in test_derivative_places.c.
+ * Derivatives of qdd with contacts are in test_derivative_places.c.
  */
 #include <complex.h>
 #include <string.h>

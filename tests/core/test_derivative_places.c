@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * test_derivative_places.c - derivatives of qdd with contacts, laws, links, tables and inputs, at
- * places, against differences; by all at once against along one direction; what is refused.
+ * places, against differences; by all at once against along one direction; refusals.
  */
 #include <string.h>
 
@@ -52,7 +52,7 @@ static double step_of(const stein_param *param, double value)
     return strcmp(param->unit, "m") == 0 ? 4e-6 : strcmp(param->unit, "rad") == 0 ? 2e-5 : step;
 }
 
-/* differences are good to `rtol` of themselves and of what moves qdd as much as one step does */
+/* differences are accurate to `rtol` of themselves and of the change of qdd in one step */
 static void assert_slope(probe *k, const char *what, double *moved, double h, const double *slope,
                          double rtol)
 {
@@ -80,7 +80,7 @@ static void column(const double *matrix, int n, int j, double *out)
     }
 }
 
-/* all at once is what it is along each, to rounding */
+/* the derivative along all is the sum of derivatives along each, to rounding */
 static void check_along(stein_derivative *s, const double *by_q, const double *by_qd, int n)
 {
     double size = 0.0;
@@ -193,7 +193,7 @@ START_TEST(action_with_every_effect_of_every_law)
 }
 END_TEST
 
-/* what is closed in a running stroke, and the load away or in the air */
+/* closed contacts in a running stroke, and the load away or in the air */
 START_TEST(mechanisms_on_their_way)
 {
     for (int i = 0; stein_models[i] != NULL; i++) {
@@ -357,7 +357,7 @@ static void hook(void *ctx, double t, const double *q, const double *qd, double 
         ck_assert_msg(strstr(refused.msg, words) != NULL, "%s", refused.msg); \
     } while (0)
 
-START_TEST(what_cannot_be_derived_is_refused)
+START_TEST(missing_derivatives_are_refused)
 {
     int blocks = 0;
     stein_model bare = stein_model_pendulum;
@@ -384,7 +384,7 @@ START_TEST(what_cannot_be_derived_is_refused)
     stein_on_force(sim, hook, NULL);
     ck_assert_refused(stein_derivative_at(s, sim, 0.0, &q, &qd, NULL, err), STEIN_EINVAL, "hook");
     stein_on_force(sim, NULL, NULL);
-    for (int k = 0; k < 4; k++) { // nothing to tell without a place
+    for (int k = 0; k < 4; k++) { // no result without a place
         out[0] = out[1] = 0.0;
         k == 0   ? stein_derivative_by_state(s, &out[0], &out[1])
         : k == 1 ? stein_derivative_forces(s, &out[0], &out[1])
@@ -414,7 +414,7 @@ void derivative_places_cases(Suite *suite)
     tcase_add_test(places, mechanisms_on_their_way);
     tcase_add_loop_test(places, parts_that_no_file_has_together, 0, 2);
     tcase_add_test(places, chains_without_a_mass_matrix);
-    tcase_add_test(places, what_cannot_be_derived_is_refused);
+    tcase_add_test(places, missing_derivatives_are_refused);
     tcase_set_timeout(places, 60);
     suite_add_tcase(suite, places);
 }

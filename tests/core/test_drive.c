@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_drive.c - what drives a joint through a gear: the inertia of a rotor (armature), and a motor
+ * test_drive.c - drives of a joint through a gear: the inertia of a rotor (armature), and a motor
  * at a voltage; and the angle of a body against the frame.
  */
 #include <string.h>
@@ -95,7 +95,7 @@ START_TEST(a_loop_feels_an_armature_of_its_crank_as_a_flywheel)
 }
 END_TEST
 
-/* two links in space; the gears lose nothing */
+/* two links in space; gears without loss */
 static const char chain[] =
     "mechanism: chain\n"
     "bodies:\n"
@@ -171,7 +171,7 @@ START_TEST(a_motion_has_its_sensitivity_to_an_armature)
 }
 END_TEST
 
-/* a file without one gets it by an override, with equations of its own */
+/* a file without one gets it by an override, with new equations */
 START_TEST(an_armature_may_be_set_from_outside)
 {
     static const char *const set[] = {"upper.armature=0.05"};
@@ -452,7 +452,8 @@ END_TEST
 
 /* ---- angles of bodies ---- */
 
-/* %c: the axis of the hinges; beside it those of the plane, from the first towards the second */
+/* %c: the axis of the hinges; beside it the angles of the plane, from the first towards the
+ * second */
 static const char fan[] = "mechanism: fan\n"
                           "bodies:\n"
                           "  cart: {joint: T %c, mass: 1 kg}\n"

@@ -5,10 +5,10 @@
 #include "mechanism_cases.h"
 #include "twins.h"
 
-/* a finger, or a motion of the key, of its own */
+/* a finger, or a motion of the key, with its own context */
 typedef struct hand {
     double rate; /* [rad/s] */
-    int gone;    /* nobody may ask it any more */
+    int gone;    /* it may not be called any more */
 } hand;
 
 static hand hands[PLACES];
@@ -54,7 +54,7 @@ START_TEST(signals_drive_lanes_as_they_drive_one_alone)
     }
     make_twins(&t, &stein_model_stein1788, _i < 4 ? STEIN_RK4 : STEIN_DP5, width, hand_to);
     run_twins(&t, 0.012, 0.1e-3);
-    // who leaves is not asked again, and hands may be let go and taken
+    // a removed signal is not called again; signals may be unbound and bound
     for (int i = 0; i < PLACES; i++) {
         stein_sim *rider = stein_batch_sim(t.batch, i);
         stein_signal_fn *fn = i % 2 ? NULL : push;
@@ -159,7 +159,7 @@ START_TEST(an_acceleration_that_jumps_where_a_run_ends_is_seen)
 }
 END_TEST
 
-/* ---- laws given by points, and a joint that is held while nobody drives it ---- */
+/* ---- laws given by points, and a joint that is held without a signal ---- */
 
 static const char *const pointed[] = {"coil.torque.1", "coil.torque.3", "brake.torque.3",
                                       "felt.force.2",  "felt.force.3",  "tired.factor.1",
@@ -191,7 +191,7 @@ static void bend(stein_sim *sim, int i)
     ck_assert_stein(stein_set_state(sim, 0.0, q, qd, err));
 }
 
-START_TEST(so_do_tables_and_what_is_held)
+START_TEST(so_do_tables_and_held_joints)
 {
     char *text =
         changed("inputs:\n", "tables:\n"
@@ -302,9 +302,9 @@ Suite *driven_suite(void)
     tcase_add_loop_test(tc, so_they_do_from_sample_to_sample, 0, 4);
     tcase_add_test(tc, an_acceleration_that_jumps_where_a_run_ends_is_seen);
     tcase_add_checked_fixture(tc, make_folder, remove_folder);
-    tcase_add_test(tc, so_do_tables_and_what_is_held);
+    tcase_add_test(tc, so_do_tables_and_held_joints);
     suite_add_tcase(s, tc);
-    tc = tcase_create("compiled here"); // whose writes the memory sanitizer does not see
+    tc = tcase_create("compiled here"); // with writes that the memory sanitizer does not track
     tcase_set_tags(tc, "compiled");
     tcase_add_checked_fixture(tc, make_folder, remove_folder);
     tcase_set_timeout(tc, 120.0);

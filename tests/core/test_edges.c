@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * test_edges.c - the core at its edges: states that were forged, models that do not fit, memory
- * that ends, a failure in the middle of a step. Each is told, and leaves what there was as it was.
+ * that ends, a failure in the middle of a step. Each is reported, and changes nothing.
  */
 #include <string.h>
 #include <sys/stat.h>
@@ -19,9 +19,9 @@ static void said(const stein_err *err, stein_status code, const char *words)
     ck_assert_msg(strstr(err->msg, words) != NULL, "%s, expected \"%s\"", err->msg, words);
 }
 
-/* ---- states from elsewhere ---- */
+/* ---- states from outside ---- */
 
-/* what nobody who simulates writes, under a checksum that is right */
+/* values that no simulation writes, with a correct checksum */
 static void forge(stein_sim *sim, int what)
 {
     switch (what) {
@@ -142,7 +142,7 @@ static void begin_nowhere(const double *p, double *d, const stein_functions *f)
     d[stein_model_falling_ball.initial] = (double)NAN;
 }
 
-START_TEST(what_cannot_begin_makes_no_simulation)
+START_TEST(an_impossible_start_makes_no_simulation)
 {
     stein_model model = stein_model_falling_ball;
     stein_sim_def def = stein_sim_def_default(&model);
@@ -189,7 +189,7 @@ static void give_back(void *ctx, void *block)
     free(block);
 }
 
-START_TEST(memory_that_ends_is_told_and_what_was_taken_is_given_back)
+START_TEST(failing_memory_is_reported_and_blocks_are_freed)
 {
     const stein_model *model = &stein_model_stein1788;
     stein_sim_def def = stein_sim_def_default(model);
@@ -294,7 +294,7 @@ static void shake(void *ctx, double t, const double *q, const double *qd, double
     Q[0] += 1e14 * noise(ctx);
 }
 
-START_TEST(a_tolerance_that_no_step_can_hold_is_told)
+START_TEST(a_tolerance_that_no_step_can_hold_is_reported)
 {
     unsigned long long seed = 61;
     stein_sim *sim = make_sim(&stein_model_double_pendulum, STEIN_DP5, 0.0);
@@ -336,7 +336,7 @@ START_TEST(a_direction_that_is_not_there_has_no_sensitivity)
 }
 END_TEST
 
-START_TEST(a_trouble_is_told_until_another_simulation_is_ridden_with)
+START_TEST(an_error_is_reported_until_another_simulation_is_followed)
 {
     stein_sim *sim = make_sim(&stein_model_bouncing_ball, STEIN_RK4, 0.0);
     stein_sensitivity *s = NULL;
@@ -414,14 +414,14 @@ START_TEST(a_message_is_one_line_that_ends_in_time)
 }
 END_TEST
 
-/* a hammer that nothing can accelerate as its equations have it */
+/* a hammer with a mass matrix that its equations cannot solve */
 static void lose_mass(stein_sim *sim)
 {
     ck_assert_stein(stein_set(sim, "hammer.mass", 0.0, err));
     ck_assert_stein(stein_set(sim, "hammer.inertia.yy", 0.0, err));
 }
 
-START_TEST(a_reading_of_what_has_no_forces_is_no_number)
+START_TEST(a_reading_without_forces_is_no_number)
 {
     stein_sim *sim = make_sim(&stein_model_stein1788, STEIN_RK4, 0.0);
     double x = 4711.0, xdot = 4711.0;
@@ -447,7 +447,7 @@ END_TEST
 
 /* ---- places of a batch ---- */
 
-START_TEST(runs_of_a_batch_that_fail_are_told_one_by_one_and_the_first_of_them_in_words)
+START_TEST(failing_runs_of_a_batch_have_a_status_each_and_the_first_a_message)
 {
     enum { PLACES = 3 };
     const stein_model *model = &stein_model_stein1788;
@@ -477,7 +477,7 @@ START_TEST(runs_of_a_batch_that_fail_are_told_one_by_one_and_the_first_of_them_i
     }
     ck_assert(stein_time(stein_batch_look(batch, 0)) == 0.001);
 
-    // the same from place to place; without words where nobody asks
+    // the same from place to place; without a message if err is NULL
     pace[1].h = 1e-5;
     ck_assert_stein(stein_batch_begin(batch, 1, 0.002, &pace[1], err));
     ck_assert_int_eq(stein_batch_go(batch, status, NULL), 1);
@@ -507,19 +507,18 @@ Suite *edges_suite(void)
     tcase_add_loop_test(tc, a_forged_state_is_refused_and_changes_nothing, 0, FORGERIES);
     tcase_add_test(tc, a_state_without_its_load_is_taken);
     tcase_add_test(tc, equations_of_another_layout_or_mechanism_are_not_called);
-    tcase_add_test(tc, what_cannot_begin_makes_no_simulation);
-    tcase_add_test(tc, memory_that_ends_is_told_and_what_was_taken_is_given_back);
+    tcase_add_test(tc, an_impossible_start_makes_no_simulation);
+    tcase_add_test(tc, failing_memory_is_reported_and_blocks_are_freed);
     tcase_add_loop_test(tc, a_failure_where_an_event_is_ends_the_run_there, 0, 2);
     tcase_add_test(tc, a_pace_has_a_tolerance_a_longest_step_and_a_first_one);
-    tcase_add_test(tc, a_tolerance_that_no_step_can_hold_is_told);
+    tcase_add_test(tc, a_tolerance_that_no_step_can_hold_is_reported);
     tcase_add_test(tc, a_direction_that_is_not_there_has_no_sensitivity);
-    tcase_add_test(tc, a_trouble_is_told_until_another_simulation_is_ridden_with);
+    tcase_add_test(tc, an_error_is_reported_until_another_simulation_is_followed);
     tcase_add_test(tc, an_indifferent_equilibrium_moves_with_nothing);
     tcase_add_test(tc, a_system_without_a_solution_is_not_divided_by);
     tcase_add_test(tc, a_message_is_one_line_that_ends_in_time);
-    tcase_add_test(tc, a_reading_of_what_has_no_forces_is_no_number);
-    tcase_add_test(tc,
-                   runs_of_a_batch_that_fail_are_told_one_by_one_and_the_first_of_them_in_words);
+    tcase_add_test(tc, a_reading_without_forces_is_no_number);
+    tcase_add_test(tc, failing_runs_of_a_batch_have_a_status_each_and_the_first_a_message);
     suite_add_tcase(suite, tc);
     return suite;
 }

@@ -324,7 +324,7 @@ START_TEST(odd_functions_are_odd_and_even_ones_even)
 }
 END_TEST
 
-START_TEST(what_is_no_number_stays_none_and_ends_are_what_libm_says)
+START_TEST(nan_stays_nan_and_ends_agree_with_libm)
 {
     double s, c;
     stein__sincos(NAN, &s, &c);
@@ -363,7 +363,7 @@ Suite *elementary_suite(void)
     tcase_add_test(t, tanh_does_not_fall_where_its_pieces_meet);
     tcase_add_test(t, every_number_of_lanes_has_the_same_bits);
     tcase_add_test(t, odd_functions_are_odd_and_even_ones_even);
-    tcase_add_test(t, what_is_no_number_stays_none_and_ends_are_what_libm_says);
+    tcase_add_test(t, nan_stays_nan_and_ends_agree_with_libm);
     suite_add_tcase(s, t);
     return s;
 }

@@ -3,23 +3,23 @@
  * between bodies never make energy, and nothing sinks in deeper than the energy that went in
  * allows.
  *
- * What contacts did since the start, without knowing their forces:
+ * Work of contacts since the start, without their forces:
  *
- *      W(t) = kinetic + potential energy now - at the start - work of what acts in the joints
+ *      W(t) = kinetic + potential energy now - at the start - work of forces in the joints
  *
- * A contact gives back at most what it holds, U = integral of its force at rest over its depth, so
+ * A contact returns at most its stored energy, U = integral of its force at rest over its depth, so
  *
  *      W(t2) <= W(t1) + U(t1)  for every t1 < t2,    U(t) <= U(0) - W(t).
  *
- * The same holds with what rubs and damps in the joints counted among the contacts: then only
+ * The same holds with friction and damping of joints counted among the contacts: then only
  * springs and preloads are work that is taken off. And at a state, whatever the others do, the
  * power of each friction by itself is at most 0:
  *
  *      qd . M (qdd with it alone - qdd with none)  <=  0
  *
- * The static surplus of friction, B1, is in no mechanism file: it is drawn here, since a law whose
- * surplus pushes is only found where there is one. Less than 0 it is drawn nowhere: below some
- * -tanh(u) (1 + B2 u^4) / u friction does push, by its formula.
+ * The static surplus of friction, B1, is in no mechanism file: it is drawn here, to find a law with
+ * a surplus that pushes. Less than 0 it is drawn nowhere: below some -tanh(u) (1 + B2 u^4) / u
+ * friction does push, by its formula.
  *
  * Links, which let go, and tables are no laws of contacts: mechanisms with links are left out, none
  * has tables.
@@ -33,7 +33,7 @@
 enum { SLICES = 64, RUNS = 48, STEPS = 5000, LOOK = 5, ASK = 250, RUBS = 64, MODELS = 64 };
 enum { SHORT = 500, MANY = 42 }; // in the long run short ones follow, many for each of SOAK
 
-/* what is taken off: the work of laws since the start, and what that leaves */
+/* subtracted work: the work of laws since the start, and the rest */
 typedef struct account {
     double *d;    /* [nd] */
     double power; /* of the laws at the last step [W] */
@@ -44,7 +44,7 @@ typedef struct account {
 typedef struct watch {
     stein_sim *sim;
     const stein_model *m;
-    account joints, springs; /* all that acts in the joints; only what can give */
+    account joints, springs; /* all that acts in the joints; only elements that can give energy */
     double start, held;      /* energy then, U(0) [J] */
     double scale;            /* of energies, for the error of integration [J] */
     double deepest;          /* share of the allowed energy that one contact held */
@@ -57,7 +57,7 @@ static int soak(int quick)
     return times != NULL ? quick * MANY * (int)strtol(times, NULL, 10) : quick;
 }
 
-/* what laws d do in the joints now [W] */
+/* power of laws d in the joints now [W] */
 static double joint_power(const watch *w, const double *d)
 {
     double p = 0.0;
@@ -96,7 +96,7 @@ static double stored(const double *law, double x)
     return sum;
 }
 
-/* what contacts hold at most [J]; *one: what the one that holds most holds at least */
+/* largest energy of contacts [J]; *one: least force of the place that holds most */
 static double held(const watch *w, double *one)
 {
     double sum = 0.0;
@@ -152,7 +152,8 @@ static int draw_regulation(watch *w, unsigned long long *seed)
     return stein_reset(w->sim, NULL) == STEIN_OK;
 }
 
-/* @return what contacts, and what more an account does not take off, did since the start [J] */
+/* @return work of contacts, and of everything that the account does not subtract, since the start
+ * [J] */
 static double check_account(watch *w, account *a, const char *who, double now, int step)
 {
     double W = energy(w) - w->start - a->work;

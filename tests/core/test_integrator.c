@@ -128,7 +128,7 @@ END_TEST
 
 /* ---- controlled steps ---- */
 
-/* the double pendulum as it is seen at irregular times */
+/* the double pendulum at irregular times */
 typedef struct seen {
     double last, q[3], qd[3]; /* at 0.25, 0.7 and 1 s */
     int n, looks;
@@ -155,7 +155,7 @@ static stein_pace pace_of(double tolerance, stein_look_fn *fn, void *ctx)
     return (stein_pace){tolerance, 0.1, 1e-3, 0.0, fn, ctx};
 }
 
-START_TEST(what_is_seen_inside_of_controlled_steps_is_the_motion)
+START_TEST(looks_inside_of_controlled_steps_show_the_motion)
 {
     static const double when[] = {0.25, 0.7, 1.0};
     seen s = {.last = 0.0};
@@ -178,7 +178,7 @@ START_TEST(what_is_seen_inside_of_controlled_steps_is_the_motion)
 }
 END_TEST
 
-START_TEST(nobody_moves_a_controlled_step_by_looking)
+START_TEST(looking_does_not_change_a_controlled_step)
 {
     double end[2][2];
     seen s = {.last = 0.0};
@@ -208,7 +208,7 @@ START_TEST(controlled_steps_give_up_on_a_motion_that_is_too_stiff)
 }
 END_TEST
 
-START_TEST(controlled_steps_refuse_what_makes_no_sense)
+START_TEST(controlled_steps_refuse_invalid_settings)
 {
     stein_sim *rk4 = make_sim(&stein_model_pendulum, STEIN_RK4, 1e-3);
     stein_sim *sim = make_sim(&stein_model_pendulum, STEIN_DP5, 1e-3);
@@ -264,7 +264,7 @@ START_TEST(a_restored_state_continues_bit_for_bit)
 }
 END_TEST
 
-/* a block, changed at one place, is refused and leaves the simulation as it was */
+/* a block, changed at one place, is refused, and the simulation is not changed */
 static void refuse_block(stein_sim *sim, const void *block, size_t size, const char *why)
 {
     stein_err failure = {STEIN_OK, ""};
@@ -288,7 +288,8 @@ START_TEST(blocks_that_are_cut_damaged_or_foreign_are_refused)
     stein_save(sim, saved);
     ck_assert_stein(stein_reset(sim, err));
     for (size_t n = 0; n < size; n++) {
-        unsigned char *cut = malloc(n + 1); // of its own, so that a sanitizer sees who reads beyond
+        unsigned char *cut =
+            malloc(n + 1); // a separate block, so that a sanitizer detects reads beyond it
         memcpy(cut, saved, n);
         refuse_block(sim, cut, n, n < 64 ? "cut off" : "bytes, expected");
         free(cut);
@@ -317,9 +318,9 @@ Suite *integrator_suite(void)
     tcase_add_test(tc, dp5_error_estimate_shrinks_with_the_fifth_power_and_rk4_has_none);
     tcase_add_test(tc, dp5_error_estimate_is_larger_than_the_error);
     tcase_add_test(tc, a_run_lands_exactly_on_its_end);
-    tcase_add_test(tc, what_is_seen_inside_of_controlled_steps_is_the_motion);
-    tcase_add_test(tc, nobody_moves_a_controlled_step_by_looking);
-    tcase_add_test(tc, controlled_steps_refuse_what_makes_no_sense);
+    tcase_add_test(tc, looks_inside_of_controlled_steps_show_the_motion);
+    tcase_add_test(tc, looking_does_not_change_a_controlled_step);
+    tcase_add_test(tc, controlled_steps_refuse_invalid_settings);
     tcase_add_test(tc, controlled_steps_give_up_on_a_motion_that_is_too_stiff);
     tcase_add_test(tc, the_same_run_gives_the_same_bits);
     tcase_add_test(tc, a_restored_state_continues_bit_for_bit);

@@ -24,7 +24,7 @@ START_TEST(contact_force_is_never_adhesive)
 }
 END_TEST
 
-START_TEST(exponent_hysteresis_and_preload_change_the_force_as_their_formulas_say)
+START_TEST(exponent_hysteresis_and_preload_change_the_force_by_their_formulas)
 {
     double law[STEIN_NORMAL_SIZE] = {6.91e11, 2.63e7, 1.47e4, 0.287};
     double x = 1.37e-4, v = -0.0213, plain = stein_normal_force(law, x, v);
@@ -54,7 +54,7 @@ START_TEST(adhesion_pulls_within_its_range_and_nowhere_else)
 }
 END_TEST
 
-START_TEST(a_joint_adds_up_what_acts_in_it)
+START_TEST(a_joint_sums_its_forces)
 {
     double law[STEIN_JOINT_SIZE] = {0};
     double q = 0.317, w = -0.83, q0 = -0.11;
@@ -122,7 +122,7 @@ START_TEST(friction_is_odd_and_saturates_at_A)
 }
 END_TEST
 
-START_TEST(static_surplus_peaks_where_the_formula_says)
+START_TEST(static_surplus_peaks_at_the_place_of_the_formula)
 {
     // A = 1 and the tanh taken off leaves the second term alone
     const double law[4] = {1.0, 0.0123, 0.61, 0.13};
@@ -154,12 +154,12 @@ Suite *law_suite(void)
     TCase *tc = tcase_create("law");
     tcase_add_test(tc, contact_force_is_the_damped_cubic);
     tcase_add_test(tc, contact_force_is_never_adhesive);
-    tcase_add_test(tc, exponent_hysteresis_and_preload_change_the_force_as_their_formulas_say);
+    tcase_add_test(tc, exponent_hysteresis_and_preload_change_the_force_by_their_formulas);
     tcase_add_test(tc, adhesion_pulls_within_its_range_and_nowhere_else);
-    tcase_add_test(tc, a_joint_adds_up_what_acts_in_it);
+    tcase_add_test(tc, a_joint_sums_its_forces);
     tcase_add_test(tc, a_link_may_push_only_and_let_go_above_a_height);
     tcase_add_test(tc, friction_is_odd_and_saturates_at_A);
-    tcase_add_test(tc, static_surplus_peaks_where_the_formula_says);
+    tcase_add_test(tc, static_surplus_peaks_at_the_place_of_the_formula);
     tcase_add_test(tc, every_status_has_a_text_of_its_own);
     suite_add_tcase(suite, tc);
     return suite;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * test_limits.c - stops of joints: the law, its usual stiffness, alone and in lanes, its
- * derivatives, what is refused.
+ * derivatives, refusals.
  */
 #include <string.h>
 
@@ -90,7 +90,7 @@ START_TEST(without_a_stiffness_a_stop_has_that_of_100_hertz)
 }
 END_TEST
 
-START_TEST(derivatives_know_the_stops)
+START_TEST(derivatives_include_the_stops)
 {
     lab_model *model;
     stein_sim *sim = start(&model, "-9.81", "{range: [-10 mm, 20 mm], k: 9 kN/m, D: 0.7 s/m}", arm);
@@ -183,7 +183,7 @@ Suite *limits_suite(void)
     tcase_add_test(all, a_sled_between_stops_without_loss_is_back_after_two_flights_and_one_swing);
     tcase_add_test(all, a_stop_with_loss_slows_and_never_pulls);
     tcase_add_test(all, without_a_stiffness_a_stop_has_that_of_100_hertz);
-    tcase_add_test(all, derivatives_know_the_stops);
+    tcase_add_test(all, derivatives_include_the_stops);
     tcase_add_test(all, stops_have_the_same_bits_in_lanes);
     tcase_add_test(all, limits_that_are_none_are_refused);
     suite_add_tcase(suite, all);

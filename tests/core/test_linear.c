@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * test_linear.c - linearised mechanisms against closed forms: pendulums, a cart with a pole,
- * springs with transfer functions, contacts, linkages, steady motions. What is refused and told,
- * and both ways to A against each other: test_linear_ways.c.
+ * springs with transfer functions, contacts, linkages, steady motions. Refusals and messages, and
+ * both methods for A against each other: test_linear_ways.c.
  */
 #include "linear_support.h"
 
@@ -165,7 +165,7 @@ START_TEST(a_driven_spring_has_its_transfer_functions)
         // the base accelerates itself and, through spring and damper, the mass
         double complex force = -w * w * base * (0.4 + 1.3 * k * G);
         ck_assert_complex(linear_transfer(&x, "effort", "shake", w), force, 1e-9);
-        // the push is between base and mass: what is left of it accelerates the mass
+        // the push is between base and mass: the rest accelerates the mass
         ck_assert_complex(linear_transfer(&x, "effort", "push", w), -1.3 * w * w * G, 1e-9);
     }
     linear_end(&x);
@@ -210,7 +210,7 @@ START_TEST(a_reaction_has_its_slopes_by_states_and_inputs)
     ck_assert_close(D[2], 2.0 / 0.4, 1e-9, 0.0);
     ck_assert_double_lt(fabs(D[3]), 1e-9);
     ck_assert_double_lt(fabs(C[8]) + fabs(D[4]) + fabs(D[5]), 1e-8); // the size
-    ck_assert_close(D[6], 2.0 / 0.4, 1e-9, 0.0); // the cart takes what the rod needs, and its own
+    ck_assert_close(D[6], 2.0 / 0.4, 1e-9, 0.0); // the cart needs its own force and the rod's
     ck_assert_close(D[7], 3.0 * 0.2, 1e-9, 0.0);
     ck_assert_double_lt(fabs(stein_qdd(x.sim)[1]), 1e-12); // neither acts any more
     linear_end(&x);
@@ -249,7 +249,7 @@ START_TEST(a_closed_contact_acts_with_its_slope)
 }
 END_TEST
 
-START_TEST(what_is_at_its_edge_is_told)
+START_TEST(contacts_at_their_edge_are_listed)
 {
     linearised x = linear_begin(
         "mechanism: edges\n"
@@ -338,7 +338,7 @@ static double potential_at(linearised *x, const double *q, double share, double 
 
 /* With one degree of freedom w^2 = V''/J of potential and inertia over the coordinate, V' = 0: by
  * the polynomial through five places (divided differences). */
-START_TEST(a_four_bar_settles_and_swings_as_its_energies_say)
+START_TEST(a_four_bar_settles_and_swings_by_its_energies)
 {
     linearised x = linear_built_in(&stein_model_four_bar);
     double q[3], z[5], c[5], J[5];
@@ -367,7 +367,7 @@ END_TEST
 
 /* Two weights on a rope over a pulley, one on a spring: k x = (m2/2 - m1) g,
  * (m1 + m2/4) x'' + c/4 x' + k x = 0. */
-START_TEST(a_coupling_moves_what_follows)
+START_TEST(a_coupling_moves_its_follower)
 {
     linearised x = linear_begin("mechanism: weights\n"
                                 "bodies:\n"
@@ -449,10 +449,10 @@ Suite *linear_suite(void)
     tcase_add_test(tc, a_curved_instrument_has_its_slope_there);
     tcase_add_test(tc, a_reaction_has_its_slopes_by_states_and_inputs);
     tcase_add_test(tc, a_closed_contact_acts_with_its_slope);
-    tcase_add_test(tc, what_is_at_its_edge_is_told);
+    tcase_add_test(tc, contacts_at_their_edge_are_listed);
     tcase_add_test(tc, a_parallel_linkage_is_a_pendulum);
-    tcase_add_test(tc, a_four_bar_settles_and_swings_as_its_energies_say);
-    tcase_add_test(tc, a_coupling_moves_what_follows);
+    tcase_add_test(tc, a_four_bar_settles_and_swings_by_its_energies);
+    tcase_add_test(tc, a_coupling_moves_its_follower);
     tcase_add_test(tc, a_ball_joint_has_three_coordinates);
     tcase_add_test(tc, a_conical_pendulum_nods_about_its_steady_turn);
     suite_add_tcase(suite, tc);

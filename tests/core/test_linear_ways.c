@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * test_linear_ways.c - exact derivatives and differences against each other on mechanisms drawn at
- * random, linkages against differences of closed positions, what is refused and what stays.
+ * random, linkages against differences of closed positions, refusals, and unchanged simulations.
  */
 #include "linear_support.h"
 
@@ -38,7 +38,7 @@ static double ways_apart(linearised *x)
     for (int i = 0; i < n + ny; i++) {
         const double *a = i < n ? A + i * n : C + (i - n) * n;
         const double *b = i < n ? x->s->A + i * n : x->s->C + (i - n) * n;
-        double size = 1e-3; // outputs of what hardly moves
+        double size = 1e-3; // outputs that hardly move
         for (int j = 0; j < n; j++) {
             size = fmax(size, fabs(a[j]));
         }
@@ -157,7 +157,7 @@ START_TEST(both_ways_agree_on_piano_actions_with_their_felts)
 }
 END_TEST
 
-/* k in a spring of one's own */
+/* k in a spring by a hook */
 static void spring(void *ctx, double t, const double *q, const double *qd, double *Q)
 {
     (void)t, (void)qd;
@@ -216,7 +216,7 @@ START_TEST(linkages_are_as_differences_of_closed_positions)
 }
 END_TEST
 
-/* ---- what stays, what is left out, what is refused ---- */
+/* ---- unchanged simulations, omissions, refusals ---- */
 
 START_TEST(nothing_of_the_simulation_changes)
 {
@@ -275,7 +275,7 @@ static void refused(linearised *x, stein_status code, const char *words)
     ck_assert_ptr_null(s);
 }
 
-START_TEST(what_is_no_equilibrium_is_refused_with_its_acceleration)
+START_TEST(a_state_that_is_no_equilibrium_is_refused_with_its_acceleration)
 {
     linearised x = linear_built_in(&stein_model_pendulum);
     double quarter = 1.5707963267948966, down = 0.0, speed = 2.0;
@@ -289,7 +289,7 @@ START_TEST(what_is_no_equilibrium_is_refused_with_its_acceleration)
 }
 END_TEST
 
-START_TEST(what_cannot_be_linearised_says_why)
+START_TEST(refused_linearisations_state_the_reason)
 {
     linearised x = linear_begin(
         "mechanism: rests\n"
@@ -334,7 +334,7 @@ void linear_ways_cases(Suite *suite)
     tcase_add_test(tc, linkages_are_as_differences_of_closed_positions);
     tcase_add_test(tc, nothing_of_the_simulation_changes);
     tcase_add_test(tc, a_joint_that_sticks_does_not_move);
-    tcase_add_test(tc, what_is_no_equilibrium_is_refused_with_its_acceleration);
-    tcase_add_test(tc, what_cannot_be_linearised_says_why);
+    tcase_add_test(tc, a_state_that_is_no_equilibrium_is_refused_with_its_acceleration);
+    tcase_add_test(tc, refused_linearisations_state_the_reason);
     suite_add_tcase(suite, tc);
 }

@@ -118,7 +118,7 @@ static void swing(int n, double t, double y[2])
 {
     enum { STEPS = 20 };
     double w = 9.81 * (n + 0.5 * (n + 1)) / (n + (n + 1) / 3.0), h = t / STEPS;
-    for (int i = 0; i < STEPS; i++) { // Kutta's method, far finer than what it is compared with
+    for (int i = 0; i < STEPS; i++) { // Kutta's method, with far finer steps than the tested method
         double k1 = -w * cos(y[0]), k2 = -w * cos(y[0] + 0.5 * h * y[1]);
         double k3 = -w * cos(y[0] + 0.5 * h * y[1] + 0.25 * h * h * k1);
         double k4 = -w * cos(y[0] + h * y[1] + 0.5 * h * h * k2);
@@ -173,7 +173,7 @@ END_TEST
     "loops: {close: {between: [frame.f, e.e], " closed_by "}}\n"                    \
     "simulation: {dt: 1 ms, until: 10 s}\n"
 
-START_TEST(bricards_mechanism_moves_though_one_of_its_conditions_says_nothing_new)
+START_TEST(bricards_mechanism_moves_though_one_of_its_conditions_is_redundant)
 {
     lab_model *model;
     stein_sim *sim = start(&model, BRICARD("hinge: x"));
@@ -240,7 +240,7 @@ START_TEST(a_pin_in_a_slot_moves_a_yoke_by_the_cosine)
 END_TEST
 
 /* a body that is carried by slides and a hinge, welded to the end of an arm, is part of the arm */
-START_TEST(what_is_welded_moves_as_one_body)
+START_TEST(welded_bodies_move_as_one_body)
 {
     lab_model *model, *one;
     stein_sim *sim =
@@ -292,10 +292,10 @@ Suite *linkages_suite(void)
     tcase_add_unchecked_fixture(all, make_folder, remove_folder);
     tcase_add_test(all, andrews_mechanism_is_where_it_is_published);
     tcase_add_loop_test(all, rows_of_four_bars_pass_their_singular_positions, 0, 3);
-    tcase_add_test(all, bricards_mechanism_moves_though_one_of_its_conditions_says_nothing_new);
+    tcase_add_test(all, bricards_mechanism_moves_though_one_of_its_conditions_is_redundant);
     tcase_add_test(all, a_crank_drives_a_slider_in_space);
     tcase_add_test(all, a_pin_in_a_slot_moves_a_yoke_by_the_cosine);
-    tcase_add_test(all, what_is_welded_moves_as_one_body);
+    tcase_add_test(all, welded_bodies_move_as_one_body);
     tcase_add_test(all, the_models_keep_their_energy);
     suite_add_tcase(suite, all);
     return suite;

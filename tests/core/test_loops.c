@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_loops.c - closed loops and couplings: what is generated for them, qdd with them, how they
- * are closed, what is refused.
+ * test_loops.c - closed loops and couplings: generated functions, qdd, closing, refusals.
  */
 #include <string.h>
 
@@ -61,9 +60,9 @@ static double energy(stein_sim *sim)
     return kinetic + potential;
 }
 
-/* ---- what is generated ---- */
+/* ---- generated functions ---- */
 
-/* two branches on body a and one of its own; a point is moved along each axis of c and f */
+/* two branches on body a and a separate one; a point is moved along each axis of c and f */
 static const char every_kind[] =
     "mechanism: every_kind\n"
     "bodies:\n"
@@ -143,7 +142,7 @@ static void check_gaps(constants *k, const double *q, const double *h)
     ck_assert_close(h[SCREW], q[2] - 0.013 * q[5] - 0.007, 1e-14, 1e-16);
 }
 
-START_TEST(rows_are_what_points_say_and_their_derivatives_those_of_differences)
+START_TEST(rows_agree_with_points_and_their_derivatives_with_differences)
 {
     model = open_text(every_kind, NULL, 0);
     constants k = constants_of(lab_equations(model));
@@ -184,7 +183,7 @@ START_TEST(rows_are_what_points_say_and_their_derivatives_those_of_differences)
             ck_assert_close(bias[i], rate, 1e-7, 1e-7);
         }
         check_gaps(&k, q, h);
-        for (int i = MEET; i < ROD; i++) { // what both branches hang on does not move them
+        for (int i = MEET; i < ROD; i++) { // the common parent of both branches does not move them
             ck_assert(J[i * 6] == 0.0);
         }
     }
@@ -329,7 +328,7 @@ START_TEST(coupled_joints_move_as_one_with_the_inertia_of_all)
 }
 END_TEST
 
-/* the crank turns evenly but for a swing */
+/* the crank turns at constant speed, with a swing */
 static void turn(void *ctx, double t, double u[3])
 {
     (void)ctx;
@@ -338,7 +337,7 @@ static void turn(void *ctx, double t, double u[3])
     u[2] = -120.0 * sin(20.0 * t);
 }
 
-START_TEST(what_a_prescribed_motion_needs_is_the_energy_it_brings)
+START_TEST(the_force_of_a_prescribed_motion_gives_its_energy)
 {
     stein_sim *sim = make_sim(&stein_model_slider_crank, STEIN_RK4, 1e-4);
     double before, torque, u[3], work = 0.0;
@@ -362,7 +361,7 @@ END_TEST
 /* Two routes to the torque at the crank: the loops' forces, by which the core takes what is missing
  * at the dependent joints to the driven one; and the power of M qdd + c, of which those have none.
  */
-START_TEST(what_a_prescribed_motion_needs_is_the_power_of_inverse_dynamics)
+START_TEST(the_force_of_a_prescribed_motion_has_the_power_of_inverse_dynamics)
 {
     stein_sim *sim = make_sim(&stein_model_slider_crank, STEIN_RK4, 1e-4);
     int n = stein_model_slider_crank.nq;
@@ -470,7 +469,7 @@ END_TEST
     "loops:\n"                                                                                  \
     "  close: " close "\n"
 
-START_TEST(what_the_file_states_stays_and_the_rest_closes_the_loop)
+START_TEST(stated_positions_stay_and_the_others_close_the_loop)
 {
     stein_sim *sim = start(FOUR_BAR(", initial: {position: 1.1 rad, speed: 3 rad/s}",
                                     "{between: [coupler.e, rocker.e]}"));
@@ -535,7 +534,7 @@ START_TEST(a_loop_that_cannot_be_closed_is_named_with_its_gap)
 }
 END_TEST
 
-START_TEST(a_singular_start_is_told)
+START_TEST(a_singular_start_is_reported)
 {
     check_refused("mechanism: flat\n"
                   "bodies:\n"
@@ -569,9 +568,9 @@ START_TEST(a_motion_beyond_reach_ends_with_the_name_of_the_loop)
 }
 END_TEST
 
-/* ---- what is refused ---- */
+/* ---- refusals ---- */
 
-START_TEST(what_does_not_know_loops_says_so)
+START_TEST(functions_without_loops_refuse_them)
 {
     stein_err why = {STEIN_OK, ""};
     stein_derivative *s = NULL;
@@ -584,7 +583,7 @@ START_TEST(what_does_not_know_loops_says_so)
 END_TEST
 
 /* in place of the good file's links and couplings that it has not */
-START_TEST(mistakes_are_told_where_they_are)
+START_TEST(mistakes_are_reported_at_their_place)
 {
     static const struct {
         const char *section, *words;
@@ -624,23 +623,23 @@ Suite *loops_suite(void)
     TCase *all = tcase_create("all");
     tcase_set_timeout(all, 60);
     tcase_add_unchecked_fixture(all, make_folder, remove_folder);
-    tcase_add_test(all, rows_are_what_points_say_and_their_derivatives_those_of_differences);
+    tcase_add_test(all, rows_agree_with_points_and_their_derivatives_with_differences);
     tcase_add_test(all, qdd_is_that_of_all_unknowns_at_once);
     tcase_add_test(all, coupled_joints_move_as_one_with_the_inertia_of_all);
-    tcase_add_test(all, what_a_prescribed_motion_needs_is_the_energy_it_brings);
-    tcase_add_test(all, what_a_prescribed_motion_needs_is_the_power_of_inverse_dynamics);
+    tcase_add_test(all, the_force_of_a_prescribed_motion_gives_its_energy);
+    tcase_add_test(all, the_force_of_a_prescribed_motion_has_the_power_of_inverse_dynamics);
     tcase_add_test(all, loops_stay_closed_with_both_methods_and_whatever_the_step);
     tcase_add_test(all, nothing_drifts_in_many_steps);
     tcase_add_test(all, a_run_of_controlled_error_ends_closed_where_short_steps_do);
     tcase_add_test(all, one_block_holds_all_and_a_saved_state_goes_on_with_the_same_bits);
-    tcase_add_test(all, what_the_file_states_stays_and_the_rest_closes_the_loop);
+    tcase_add_test(all, stated_positions_stay_and_the_others_close_the_loop);
     tcase_add_test(all, a_guess_chooses_the_branch_and_does_not_stay);
     tcase_add_test(all, a_loop_that_lies_flat_and_open_is_closed);
     tcase_add_test(all, a_loop_that_cannot_be_closed_is_named_with_its_gap);
-    tcase_add_test(all, a_singular_start_is_told);
+    tcase_add_test(all, a_singular_start_is_reported);
     tcase_add_test(all, a_motion_beyond_reach_ends_with_the_name_of_the_loop);
-    tcase_add_test(all, what_does_not_know_loops_says_so);
-    tcase_add_test(all, mistakes_are_told_where_they_are);
+    tcase_add_test(all, functions_without_loops_refuse_them);
+    tcase_add_test(all, mistakes_are_reported_at_their_place);
     suite_add_tcase(suite, all);
     return suite;
 }

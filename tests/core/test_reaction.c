@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_reaction.c - what joints and loops transmit: closed forms, Newton's law of single bodies, a
- * linkage solved by hand, and joints that are held instead and say what that needs.
+ * test_reaction.c - reactions of joints and loops: closed forms, Newton's law of single bodies, a
+ * linkage solved by hand, and joints that are held instead, with their holding forces.
  */
 #include <string.h>
 
@@ -20,7 +20,7 @@ static double reads(stein_sim *sim, const char *name)
 
 /* ---- closed forms ---- */
 
-/* A chain that hangs: each joint carries what is below it. */
+/* A chain that hangs: each joint carries the bodies below it. */
 START_TEST(a_hanging_chain_pulls_with_the_weight_below)
 {
     stein_sim *sim =
@@ -51,7 +51,7 @@ END_TEST
 
 /* Along the rod m (l w^2 + g cos q), across it what turns: m l qdd + m g sin q = 0 for a point. At
  * the lowest place m (g + v^2/l). */
-START_TEST(a_pendulum_pulls_with_its_weight_and_what_keeps_it_in_a_circle)
+START_TEST(a_pendulum_pulls_with_its_weight_and_centripetal_force)
 {
     stein_sim *sim = start("mechanism: pendulum\n"
                            "bodies:\n"
@@ -78,8 +78,8 @@ START_TEST(a_pendulum_pulls_with_its_weight_and_what_keeps_it_in_a_circle)
 }
 END_TEST
 
-/* A spring, a motor and a gear act in the joint: about its axis they are what it transmits. */
-START_TEST(what_acts_in_a_joint_is_part_of_its_reaction)
+/* A spring, a motor and a gear act in the joint: about its axis they are the reaction. */
+START_TEST(forces_in_a_joint_are_part_of_its_reaction)
 {
     stein_sim *sim =
         start("mechanism: acts\n"
@@ -124,7 +124,7 @@ static double held_plate(const char *loop, const char *component)
     return value;
 }
 
-START_TEST(loops_hold_as_what_they_are)
+START_TEST(loops_react_by_their_kind)
 {
     // welded: weight, and its moment about -y at the point, 0.2 m beside the centre
     ck_assert_close(held_plate("p, plate.a], weld: yes", "fz"), 2.0 * g, 1e-12, 0.0);
@@ -229,9 +229,9 @@ END_TEST
 
 /* ---- held joints ---- */
 
-/* The same mechanism twice: `arm` on its joint, whose reaction is read, and on six joints more that
- * are held and say what that needs (read: force of an input, by inverse dynamics). Contacts, links,
- * inputs and loops act on what it carries. */
+/* The same mechanism twice: `arm` on its joint with a reaction output, and on six more joints that
+ * are held, with outputs of their holding forces (read: force of an input, by inverse dynamics).
+ * Contacts, links, inputs and loops act on its children. */
 static const char parts[] =
     "  arm: {parent: %s, joint: R z, mass: 0.7 kg, centre: [0.2 m, 0.05 m, 0.1 m], "
     "inertia: {xx: 3e-3, yy: 4e-3, zz: 5e-3, xy: 4e-4, xz: -3e-4, yz: 2e-4}, damping: 0.2, "
@@ -262,7 +262,7 @@ static const char *const tied[] = {
     "links: {rope: {from: frame.post, to: tip.p, k: 40 N/m, length: 0.2 m, damping: 1 N s/m}}",
     "loops: {rod: {between: [frame.post, tip.p], rod: 0.8 m}}"};
 
-START_TEST(a_reaction_is_what_held_joints_need)
+START_TEST(a_reaction_is_the_force_of_held_joints)
 {
     static const char *const part[] = {"fx", "fy", "fz", "mx", "my", "mz"};
     static const char type[] = "TTTRRR";
@@ -332,10 +332,10 @@ START_TEST(a_reaction_is_what_held_joints_need)
 }
 END_TEST
 
-/* ---- what rests, what is refused ---- */
+/* ---- bodies at rest, refusals ---- */
 
 /* An arm that sticks on a wall: pin, wall and weight are in equilibrium. */
-START_TEST(what_sticks_is_a_force_as_well)
+START_TEST(sticking_friction_is_a_force_as_well)
 {
     stein_sim *sim =
         start("mechanism: leans\n"
@@ -388,7 +388,7 @@ START_TEST(reading_a_reaction_changes_no_bit_of_the_motion)
 }
 END_TEST
 
-START_TEST(mistakes_are_told_where_they_are)
+START_TEST(mistakes_are_reported_at_their_place)
 {
     static const struct {
         const char *output, *words;
@@ -528,14 +528,14 @@ Suite *reaction_suite(void)
     tcase_set_timeout(tc, 60);
     tcase_add_unchecked_fixture(tc, make_folder, remove_folder);
     tcase_add_test(tc, a_hanging_chain_pulls_with_the_weight_below);
-    tcase_add_test(tc, a_pendulum_pulls_with_its_weight_and_what_keeps_it_in_a_circle);
-    tcase_add_test(tc, what_acts_in_a_joint_is_part_of_its_reaction);
-    tcase_add_test(tc, loops_hold_as_what_they_are);
+    tcase_add_test(tc, a_pendulum_pulls_with_its_weight_and_centripetal_force);
+    tcase_add_test(tc, forces_in_a_joint_are_part_of_its_reaction);
+    tcase_add_test(tc, loops_react_by_their_kind);
     tcase_add_test(tc, the_pins_of_a_four_bar_are_those_of_its_free_bodies);
-    tcase_add_loop_test(tc, a_reaction_is_what_held_joints_need, 0, 2);
-    tcase_add_test(tc, what_sticks_is_a_force_as_well);
+    tcase_add_loop_test(tc, a_reaction_is_the_force_of_held_joints, 0, 2);
+    tcase_add_test(tc, sticking_friction_is_a_force_as_well);
     tcase_add_test(tc, reading_a_reaction_changes_no_bit_of_the_motion);
-    tcase_add_test(tc, mistakes_are_told_where_they_are);
+    tcase_add_test(tc, mistakes_are_reported_at_their_place);
     tcase_add_test(tc, a_second_hinge_leaves_the_forces_of_both_open);
     tcase_add_test(tc, forces_of_a_four_bar_are_determined);
     tcase_add_test(tc, friction_that_two_feet_share_is_not_determined);

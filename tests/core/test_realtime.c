@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_realtime.c - what a real-time host relies on: no system call, no allocation, errno as it
- * was, and parameters that come from another thread whole, late or never, but never torn or at once
- * where they must not.
+ * test_realtime.c - guarantees for a real-time host: no system call, no allocation, errno
+ * unchanged. Parameters from another thread arrive whole, late or never, but never torn, and never
+ * faster than their pace.
  */
 #define _DEFAULT_SOURCE // syscall
 #include <errno.h>
@@ -21,7 +21,7 @@
 #include "stein/handover.h"
 #include "support.h"
 
-/* steps of the sandboxed run; one stroke, and what is done at its end */
+/* steps of the sandboxed run; one stroke, and the calls at its end */
 enum { STEPS = SANITIZED ? 100000 : 1000000, STROKE = 12000, RELEASE = 9000, RETUNE = 500 };
 
 /* ---- the sandbox ---- */
@@ -31,8 +31,8 @@ typedef struct host {
     stein_sim *sim;
     stein_handover *handover;
     void *start;  /* state at the beginning of a stroke */
-    double push;  /* input of nobody: what the hooks have seen */
-    double heard; /* sum of what was read */
+    double push;  /* input without a signal: calls of the hooks */
+    double heard; /* sum of the readings */
     int events, retunes;
 } host;
 
@@ -94,7 +94,7 @@ static stein_status host_step(host *h, int i)
     return status;
 }
 
-/* what became of it, as a number that every bit counts in (FNV-1a) */
+/* a hash of all bits of the result (FNV-1a) */
 static unsigned long long fingerprint(const host *h)
 {
     unsigned char state[1024];
@@ -236,7 +236,7 @@ static double value(const stein_sim *sim, const char *name)
     return v;
 }
 
-START_TEST(what_was_published_last_is_taken_and_nothing_else_is_touched)
+START_TEST(the_last_published_set_is_taken_and_other_values_are_untouched)
 {
     stein_sim *sim = make_sim(&stein_model_stein1788, STEIN_RK4, 0.0);
     stein_handover *h;
@@ -348,7 +348,7 @@ START_TEST(a_pace_keeps_energy_out_of_a_closed_contact)
 }
 END_TEST
 
-START_TEST(mistakes_are_told_and_change_nothing)
+START_TEST(mistakes_are_reported_and_change_nothing)
 {
     stein_sim *sim = make_sim(&stein_model_pendulum, STEIN_RK4, 0.0);
     stein_handover *h = NULL;
@@ -415,8 +415,8 @@ END_TEST
 
 /* ---- the work of a step ---- */
 
-/* evaluations of a step of RK4, which has 4, with two located events, whose rest is taken anew and
- * then implicitly, every trial being looked at for contacts that are too stiff */
+/* evaluations of a step of RK4: 4 for the step, two located events, the rest repeated and then
+ * implicit; every trial is checked for contacts that are too stiff */
 enum { MOST_EVALUATIONS = 33, GESTURES = SANITIZED ? 60 : 600 };
 
 static void count(void *ctx, double t, const double *q, const double *qd, double *Q)
@@ -498,10 +498,10 @@ Suite *realtime_suite(void)
 #endif
     tcase_add_test(t, failures_leave_errno_alone_too);
     tcase_add_loop_test(t, the_work_of_a_step_is_bounded_and_none_fails, 0, 2);
-    tcase_add_test(t, what_was_published_last_is_taken_and_nothing_else_is_touched);
+    tcase_add_test(t, the_last_published_set_is_taken_and_other_values_are_untouched);
     tcase_add_test(t, a_pace_is_kept_in_simulated_time_and_the_end_is_met_exactly);
     tcase_add_test(t, a_pace_keeps_energy_out_of_a_closed_contact);
-    tcase_add_test(t, mistakes_are_told_and_change_nothing);
+    tcase_add_test(t, mistakes_are_reported_and_change_nothing);
     tcase_add_test(t, sets_of_another_thread_come_whole_and_in_order);
     suite_add_tcase(s, t);
     return s;

@@ -205,7 +205,7 @@ static double nobody(void *ctx, stein_sim *sim)
     return *(double *)ctx += 1.3e-3;
 }
 
-/* steps of controlled error, looked at inside: the state at the end of the same steps */
+/* steps of controlled error, with looks inside: the state at the end of the same steps */
 START_TEST(they_ride_with_steps_of_controlled_error)
 {
     const stein_model *model = &stein_model_stein1788;
@@ -242,8 +242,8 @@ START_TEST(they_ride_with_steps_of_controlled_error)
 }
 END_TEST
 
-/* a number that is turned while it moves: from then on directions are those of the new one, for
- * which a motion that begins there with the same direction is the witness */
+/* a number that is turned while it moves: from then on directions belong to the new one; a motion
+ * that begins there with the same direction is the reference */
 START_TEST(parameters_may_change_on_the_way)
 {
     const stein_model *model = &stein_model_double_pendulum;
@@ -280,7 +280,7 @@ START_TEST(parameters_may_change_on_the_way)
 }
 END_TEST
 
-/* the motion itself is what it is alone, to the bit, and so is what is read of it */
+/* the motion and its outputs have the same bits as without sensitivity */
 START_TEST(a_simulation_does_not_notice)
 {
     const stein_model *model = &stein_model_stein1788;
@@ -323,7 +323,7 @@ static void hook(void *ctx, double t, const double *q, const double *qd, double 
     Q[0] += 0.1;
 }
 
-START_TEST(what_cannot_be_followed_is_said)
+START_TEST(simulations_that_cannot_be_followed_are_refused)
 {
     const stein_model *model = &stein_model_stein1788;
     stein_sim *sim = make_sim(model, STEIN_RK4, 0.0);
@@ -360,9 +360,9 @@ START_TEST(what_cannot_be_followed_is_said)
 }
 END_TEST
 
-/* who rides is told when the simulation ends or is taken over, and what has more joints is refused
- * before it is looked at */
-START_TEST(who_has_to_get_off_says_so)
+/* a sensitivity detects the end of its simulation and its replacement; a model with more joints is
+ * refused before its state is read */
+START_TEST(a_detached_sensitivity_reports_it)
 {
     stein_sim *sim = make_sim(&stein_model_stein1788, STEIN_RK4, 0.0);
     stein_sensitivity *first = NULL, *second = NULL, *small = NULL;
@@ -432,8 +432,8 @@ Suite *sensitivity_suite(void)
     tcase_add_test(motions, they_ride_with_steps_of_controlled_error);
     tcase_add_test(motions, parameters_may_change_on_the_way);
     tcase_add_test(motions, a_simulation_does_not_notice);
-    tcase_add_test(motions, what_cannot_be_followed_is_said);
-    tcase_add_test(motions, who_has_to_get_off_says_so);
+    tcase_add_test(motions, simulations_that_cannot_be_followed_are_refused);
+    tcase_add_test(motions, a_detached_sensitivity_reports_it);
     tcase_add_test(motions, a_simulation_in_a_batch_is_ridden_with);
     tcase_set_timeout(motions, 60);
     suite_add_tcase(suite, motions);

@@ -166,7 +166,7 @@ static void euler(double w[3], double R[9], double t)
     memcpy(R, y + 3, 9 * sizeof *R);
 }
 
-START_TEST(a_free_body_turns_as_eulers_equations_say)
+START_TEST(a_free_body_turns_by_eulers_equations)
 {
     bench b = start(free_body);
     double w[3], R[9], seen[9];
@@ -565,7 +565,7 @@ END_TEST
 /* ---- records ---- */
 
 /* 13 heights of a cube in the air have two unknowns of their own, not fourteen */
-START_TEST(heights_of_a_thrown_cube_tell_gravity)
+START_TEST(heights_of_a_thrown_cube_give_gravity)
 {
     static const char *const truth[] = {"gravity.z=-9.7 m/s^2", "cube.initial.position.z=0.25 m",
                                         "cube.initial.velocity.z=0.7 m/s", NULL};
@@ -589,9 +589,9 @@ START_TEST(heights_of_a_thrown_cube_tell_gravity)
 }
 END_TEST
 
-/* ---- what is refused ---- */
+/* ---- refusals ---- */
 
-START_TEST(what_does_not_know_space_says_so)
+START_TEST(functions_without_space_refuse_it)
 {
     stein_err why = {STEIN_OK, ""};
     stein_derivative *s = NULL;
@@ -615,7 +615,7 @@ START_TEST(what_does_not_know_space_says_so)
 }
 END_TEST
 
-START_TEST(mistakes_are_told)
+START_TEST(mistakes_are_reported)
 {
     static const struct {
         const char *from, *to, *words;
@@ -660,7 +660,7 @@ Suite *space_suite(void)
     tcase_set_timeout(all, 60);
     tcase_add_unchecked_fixture(all, make_folder, remove_folder);
     tcase_add_loop_test(all, a_free_body_keeps_its_momenta_and_energy_through_all_attitudes, 0, 2);
-    tcase_add_test(all, a_free_body_turns_as_eulers_equations_say);
+    tcase_add_test(all, a_free_body_turns_by_eulers_equations);
     tcase_add_test(all, attitudes_are_where_points_are);
     tcase_add_test(all, a_saved_state_goes_on_with_the_same_bits_in_another_chart);
     tcase_add_test(all, a_gyroscope_precesses_steadily);
@@ -672,9 +672,9 @@ Suite *space_suite(void)
     tcase_add_test(all, spheres_that_collide_keep_all_momenta);
     tcase_add_test(all, forces_go_down_the_tree);
     tcase_add_test(all, planes_and_space_agree);
-    tcase_add_test(all, heights_of_a_thrown_cube_tell_gravity);
-    tcase_add_test(all, what_does_not_know_space_says_so);
-    tcase_add_test(all, mistakes_are_told);
+    tcase_add_test(all, heights_of_a_thrown_cube_give_gravity);
+    tcase_add_test(all, functions_without_space_refuse_it);
+    tcase_add_test(all, mistakes_are_reported);
     suite_add_tcase(suite, all);
     return suite;
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_stick.c - friction that sticks: closed forms, places that hold the same, rest to the bit,
- * what it goes together with and what it does not.
+ * test_stick.c - friction that sticks: closed forms, places with the same constraint, rest to the
+ * bit, allowed and refused combinations.
  */
 #include <string.h>
 
@@ -152,7 +152,7 @@ START_TEST(turning_points_fall_by_two_dead_bands_and_it_stops_within_one)
     double band = 0.3 / 50.0, half = pi / sqrt(50.0 / 0.8), x = 0.1;
     double tolerance = _i ? 1e-10 : 2e-9;
     ck_assert_stein(stein_run(sim, 5.0, err));
-    ck_assert_int_eq(nseen, 8); // at 0.1 it let go before anybody saw it
+    ck_assert_int_eq(nseen, 8); // at 0.1 it let go between two samples
     for (int n = 0; n < nseen; n++) {
         x = -copysign(fabs(x) - 2.0 * band, x);
         ck_assert_close(seen[n].time, (n + 1) * half, 0.0, 1e-8);
@@ -338,7 +338,7 @@ START_TEST(two_corners_of_a_box_hold_the_same_and_share_it_by_their_loads)
 END_TEST
 
 /* it drops on a corner, hops and rocks until it lies */
-START_TEST(a_box_that_tumbles_loses_energy_by_friction_and_damping_alone)
+START_TEST(a_tumbling_box_dissipates_by_friction_and_damping_alone)
 {
     stein_sim *sim =
         start_box("0.1 m/s", "0", "0.02 rad", "90 deg", _i ? STEIN_CONTROLLED : STEIN_RK4);
@@ -432,7 +432,7 @@ static const char *const second_side[] = {
 };
 
 /* the speed of sliding stays 0 along qd, qdd of the present state, to first order */
-START_TEST(what_sticks_has_no_acceleration_of_sliding_in_any_motion)
+START_TEST(sticking_places_have_no_sliding_acceleration_in_any_motion)
 {
     char text[1500];
     double q[5] = {-0.07, 0.02, 0.3, 0.2, 0.03}, qd[5] = {0.4, -0.3, 5.0, 2.0, 0.7}, speed[2];
@@ -518,7 +518,7 @@ START_TEST(a_saved_state_continues_with_the_same_bits)
 }
 END_TEST
 
-/* an equilibrium has no friction, and what is at rest then stays there */
+/* an equilibrium has no friction, and a body at rest then stays there */
 START_TEST(a_mechanism_settles_without_its_friction_and_sticks_there)
 {
     stein_sim *sim = NULL;
@@ -550,7 +550,7 @@ END_TEST
 
 /* ---- files ---- */
 
-START_TEST(files_say_yes_or_no_and_where_it_can_stick)
+START_TEST(files_state_yes_or_no_where_friction_can_stick)
 {
     static const char head[] = "mechanism: bad_stick\n"
                                "bodies: {b: {joint: T z, mass: 1 kg, points: {c: [0, 0, 0]}, ";
@@ -561,7 +561,7 @@ START_TEST(files_say_yes_or_no_and_where_it_can_stick)
         {"friction: {A: 1 N, stick: no}}}\n", "lacks \"vt\""},
         {"friction: {A: 1 N, vt: 1 m/s, sticks: yes}}}\n", "sticks"},
         {"}}\nload: {mass: 1 kg, on: b.c, normal: {c: 1 N/m}, friction: {A: 1, stick: yes}}\n",
-         "the friction of the load does not stick"},
+         "the friction of the load cannot stick"},
     };
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         char text[600];
@@ -590,16 +590,16 @@ Suite *stick_suite(void)
     tcase_add_loop_test(tc, a_pendulum_comes_to_rest_tilted_where_friction_holds_it, 0, 2);
     tcase_add_test(tc, a_block_below_the_friction_angle_does_not_move_for_an_hour);
     tcase_add_loop_test(tc, two_corners_of_a_box_hold_the_same_and_share_it_by_their_loads, 0, 2);
-    tcase_add_loop_test(tc, a_box_that_tumbles_loses_energy_by_friction_and_damping_alone, 0, 2);
+    tcase_add_loop_test(tc, a_tumbling_box_dissipates_by_friction_and_damping_alone, 0, 2);
     tcase_add_test(tc, a_box_slides_flat_and_stops_with_both_corners);
     tcase_add_test(tc, a_steeper_slope_than_the_friction_angle_lets_it_slide);
     tcase_add_loop_test(tc, a_wheel_rolls_down_without_sliding, 0, 2);
-    tcase_add_loop_test(tc, what_sticks_has_no_acceleration_of_sliding_in_any_motion, 0, 2);
+    tcase_add_loop_test(tc, sticking_places_have_no_sliding_acceleration_in_any_motion, 0, 2);
     tcase_add_test(tc, a_linkage_with_two_rough_joints_and_one_way_to_move_comes_to_rest);
     tcase_add_test(tc, a_saved_state_continues_with_the_same_bits);
     tcase_add_test(tc, a_mechanism_settles_without_its_friction_and_sticks_there);
     tcase_add_test(tc, lanes_leave_it_to_one_after_the_other_and_derivatives_refuse);
-    tcase_add_test(tc, files_say_yes_or_no_and_where_it_can_stick);
+    tcase_add_test(tc, files_state_yes_or_no_where_friction_can_stick);
     suite_add_tcase(s, tc);
     return s;
 }

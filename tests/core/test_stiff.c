@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_stiff.c - implicit steps: their order, when they are chosen, what they cost, against closed
- * forms and, for the stiff governor, equations written by hand and another integrator.
+ * test_stiff.c - implicit steps: their order, their choice and their cost, against closed forms
+ * and, for the stiff governor, equations written by hand and another integrator.
  */
 #include <string.h>
 
@@ -56,7 +56,7 @@ START_TEST(implicit_steps_have_order_five)
 }
 END_TEST
 
-/** What is seen inside of a step, the first time and against that. */
+/** States inside of a step, stored at first and then compared. */
 typedef struct eye {
     double (*seen)[4], dt, off;
     int i, first;
@@ -184,7 +184,7 @@ START_TEST(a_saved_state_continues_with_the_same_kind_of_steps_and_the_same_bits
         ck_assert_mem_eq(end[0], end[1], stein_state_size(sim));
         ck_assert_stein(stein_restore(sim, block, err));
     }
-    ck_assert(counts_of(other).changes == 2); // the third block said it
+    ck_assert(counts_of(other).changes == 2); // the third block contains it
     stein_sim_destroy(sim);
     stein_sim_destroy(other);
     lab_close(model);
@@ -210,8 +210,8 @@ static void first_begin(void *ctx, stein_sim *sim, const stein_event *event)
     }
 }
 
-/* stiff in flight and contact, stiff to its end, and one whose deformation of 1e-12 m no tolerance
- * sees: only after too many steps */
+/* stiff in flight and contact, stiff to its end, and a deformation of 1e-12 m below every
+ * tolerance: only after too many steps */
 START_TEST(contacts_of_extreme_stiffness_come_to_rest)
 {
     static const char *const k[] = {"1e9 N/m", "1e11 N/m", "1e12 N/m"};
@@ -267,7 +267,7 @@ START_TEST(the_stiff_governor_agrees_with_equations_by_hand)
 }
 END_TEST
 
-/* the same bits by every compiler: those of gcc 12, which clang 14 has as well */
+/* the same bits by every compiler: values of gcc 12; clang 14 gives the same */
 START_TEST(implicit_steps_have_the_same_bits_everywhere)
 {
     static const double right[4] = {0x1.36c49638dbfa2p+0, 0x1.5c7ca61514c15p-4,
@@ -413,7 +413,7 @@ START_TEST(near_a_singular_position_steps_are_explicit)
 }
 END_TEST
 
-/* ---- what has none ---- */
+/* ---- mechanisms without implicit steps ---- */
 
 static void hook(void *ctx, double t, const double *q, const double *qd, double *Q)
 {
@@ -427,7 +427,7 @@ static void gentle(void *ctx, double t, double u[3])
     u[0] = 0.1 * t;
 }
 
-/* the same bits as a run that never asks, and why */
+/* the same bits as a run without the query, and the reason */
 static void check_refused(lab_model *model, int what, const char *why)
 {
     stein_sim *sim[2];
@@ -458,7 +458,7 @@ static void check_refused(lab_model *model, int what, const char *why)
     stein_sim_destroy(sim[1]);
 }
 
-START_TEST(what_has_no_implicit_steps_stays_explicit_and_says_why)
+START_TEST(mechanisms_without_implicit_steps_stay_explicit_with_a_reason)
 {
     static const char pushed[] =
         "mechanism: pushed\nbodies: {rod: {joint: R -y, mass: 1 kg, centre: [0, 0, -0.3 m], "
@@ -472,8 +472,8 @@ START_TEST(what_has_no_implicit_steps_stays_explicit_and_says_why)
 }
 END_TEST
 
-/* a stiff motion that may not be implicit says so as well */
-START_TEST(a_stiff_motion_that_stays_explicit_says_why)
+/* a stiff motion that may not be implicit reports it as well */
+START_TEST(a_stiff_motion_that_stays_explicit_has_a_reason)
 {
     lab_model *model = open_text(oil, NULL, 0);
     stein_sim *sim = sim_of(model, STEIN_CONTROLLED);
@@ -486,7 +486,7 @@ START_TEST(a_stiff_motion_that_stays_explicit_says_why)
 }
 END_TEST
 
-START_TEST(a_batch_takes_explicit_steps_unless_implicit_ones_are_asked_for)
+START_TEST(a_batch_takes_explicit_steps_unless_implicit_ones_are_requested)
 {
     static const stein_integrator kind[] = {STEIN_CONTROLLED, STEIN_IMPLICIT};
     lab_model *model = open_text(oil, NULL, 0);
@@ -561,9 +561,9 @@ Suite *stiff_suite(void)
     tcase_add_test(core, a_stiff_body_in_space_moves_as_with_short_steps);
     tcase_add_test(core, what_sticks_may_be_stiff_as_well);
     tcase_add_test(core, near_a_singular_position_steps_are_explicit);
-    tcase_add_test(core, what_has_no_implicit_steps_stays_explicit_and_says_why);
-    tcase_add_test(core, a_stiff_motion_that_stays_explicit_says_why);
-    tcase_add_test(core, a_batch_takes_explicit_steps_unless_implicit_ones_are_asked_for);
+    tcase_add_test(core, mechanisms_without_implicit_steps_stay_explicit_with_a_reason);
+    tcase_add_test(core, a_stiff_motion_that_stays_explicit_has_a_reason);
+    tcase_add_test(core, a_batch_takes_explicit_steps_unless_implicit_ones_are_requested);
     tcase_add_test(core, implicit_steps_are_made_in_the_block_of_the_simulation);
     tcase_set_timeout(core, 60);
     suite_add_tcase(suite, core);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * test_table.c - laws given by points: the curve, where it acts, what the reader refuses.
+ * test_table.c - laws given by points: the curve, its places, refusals of the reader.
  */
 #include <math.h>
 
@@ -83,7 +83,7 @@ static double angle_after(const char *more, const char *const *set, int nset, do
     return angle;
 }
 
-START_TEST(a_spring_given_by_points_swings_as_the_formula_says)
+START_TEST(a_spring_given_by_points_swings_by_the_formula)
 {
     double w = sqrt(0.31 / 2.3e-3), t = 1.87;
     double is = angle_after("tables:\n  coil: {joint: rim, of: position, at: [-1, 0.2, 1.5 rad],"
@@ -93,7 +93,7 @@ START_TEST(a_spring_given_by_points_swings_as_the_formula_says)
 }
 END_TEST
 
-START_TEST(a_brake_given_by_points_slows_as_the_formula_says)
+START_TEST(a_brake_given_by_points_slows_by_the_formula)
 {
     double k = 4.1e-3 / 2.3e-3, t = 0.93;
     double is = angle_after("tables:\n  brake: {joint: rim, of: speed, at: [-1, 0, 3 rad/s],"
@@ -115,7 +115,7 @@ START_TEST(every_number_of_a_table_is_a_parameter)
 }
 END_TEST
 
-START_TEST(a_contact_is_as_hard_as_its_points_say)
+START_TEST(a_contact_is_as_hard_as_its_points)
 {
     static const char *const plain[] = {"string.normal.c=14.3 kN/m"};
     char *tabled = lab__text("%stables:\n  felt: {contact: string, of: depth, at: [0, 1 mm],"
@@ -142,7 +142,7 @@ START_TEST(a_contact_is_as_hard_as_its_points_say)
 }
 END_TEST
 
-START_TEST(what_is_no_table_is_refused_with_its_place)
+START_TEST(invalid_tables_are_refused_with_their_place)
 {
 #define BEFORE "inputs:\n"
     static const refusal table[] = {
@@ -203,11 +203,11 @@ Suite *table_suite(void)
     tcase_add_test(tc, a_curve_goes_through_its_points_without_kinks_and_is_level_beyond);
     tcase_add_test(tc, the_curve_of_a_sum_is_the_sum_of_the_curves);
     tcase_add_test(tc, points_that_do_not_increase_do_no_harm);
-    tcase_add_test(tc, a_spring_given_by_points_swings_as_the_formula_says);
-    tcase_add_test(tc, a_brake_given_by_points_slows_as_the_formula_says);
+    tcase_add_test(tc, a_spring_given_by_points_swings_by_the_formula);
+    tcase_add_test(tc, a_brake_given_by_points_slows_by_the_formula);
     tcase_add_test(tc, every_number_of_a_table_is_a_parameter);
-    tcase_add_test(tc, a_contact_is_as_hard_as_its_points_say);
-    tcase_add_test(tc, what_is_no_table_is_refused_with_its_place);
+    tcase_add_test(tc, a_contact_is_as_hard_as_its_points);
+    tcase_add_test(tc, invalid_tables_are_refused_with_their_place);
     tcase_add_test(tc, a_notch_and_the_load_take_tables);
     suite_add_tcase(s, tc);
     return s;

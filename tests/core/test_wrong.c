@@ -13,7 +13,7 @@ static void said(const stein_err *why, const char *what)
     ck_assert_msg(strstr(why->msg, what) != NULL, "%s\n  lacks %s", why->msg, what);
 }
 
-/* run to the failure; the state is the one that was kept */
+/* run to the failure; the state is the saved one */
 static void fails(stein_sim *sim, double until, stein_status code, stein_err *why)
 {
     ck_assert_int_eq(stein_run(sim, until, why), code);
@@ -70,7 +70,7 @@ START_TEST(the_rate_of_a_linear_contact_is_that_of_its_spring)
 }
 END_TEST
 
-START_TEST(who_asks_for_the_stiffest_contact_changes_nothing)
+START_TEST(the_stiffest_contact_is_found_without_changes)
 {
     stein_sim *asked = make_sim(&stein_model_stein1788, STEIN_RK4, 1e-5);
     stein_sim *left = make_sim(&stein_model_stein1788, STEIN_RK4, 1e-5);
@@ -130,7 +130,7 @@ START_TEST(a_signal_without_a_number_is_named_by_its_input)
 }
 END_TEST
 
-START_TEST(a_singular_mass_matrix_is_told_with_its_joint_and_what_is_missing)
+START_TEST(a_singular_mass_matrix_is_reported_with_its_joint_and_cause)
 {
     stein_sim *sim = make_sim(&stein_model_falling_ball, STEIN_RK4, 1e-3);
     stein_err why;
@@ -257,7 +257,7 @@ START_TEST(random_mechanism_files_are_read_and_give_equations)
         stein_status status =
             mech_read_text(&m, "m.yaml", text, strlen(text), NULL, 0, NULL, NULL, &why);
         ck_assert_msg(status == STEIN_OK, "%s\n%s", why.msg, text);
-        gen_result r; // what they say is asked in test_generator.c
+        gen_result r; // test_generator.c tests the messages
         ck_assert_stein(gen_equations(&r, m, err));
         ck_assert(strstr(r.source, "nan") == NULL);
         gen_free(&r);
@@ -341,10 +341,10 @@ Suite *wrong_suite(void)
     tcase_add_test(tc, a_contact_too_stiff_for_the_step_is_named_with_the_step_it_needs);
     tcase_add_test(tc, a_step_far_too_large_ends_with_time_place_and_hint);
     tcase_add_test(tc, the_rate_of_a_linear_contact_is_that_of_its_spring);
-    tcase_add_test(tc, who_asks_for_the_stiffest_contact_changes_nothing);
+    tcase_add_test(tc, the_stiffest_contact_is_found_without_changes);
     tcase_add_test(tc, a_hook_without_a_number_is_named_by_the_joint);
     tcase_add_test(tc, a_signal_without_a_number_is_named_by_its_input);
-    tcase_add_test(tc, a_singular_mass_matrix_is_told_with_its_joint_and_what_is_missing);
+    tcase_add_test(tc, a_singular_mass_matrix_is_reported_with_its_joint_and_cause);
     tcase_add_test(tc, random_regulations_end_in_numbers_or_in_an_error);
     tcase_add_test(tc, random_mechanism_files_are_read_and_give_equations);
     tcase_add_test(tc, contacts_never_make_energy);

@@ -55,7 +55,7 @@ static stein_status call_derivative(uint64_t *result, stein_err *err)
     return status;
 }
 
-/* simulations side by side, and parameters from elsewhere */
+/* simulations side by side, and parameters from another thread */
 static stein_status call_batch(uint64_t *result, stein_err *err)
 {
     enum { RIDERS = 3 };

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * calls_lab.c - calls of the laboratory: strokes, sweeps, measured data, and what is made of them.
+ * calls_lab.c - calls of the laboratory: strokes, sweeps, measured data, and results of them.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -42,7 +42,7 @@ static stein_status call_strike(uint64_t *result, stein_err *err)
     return status;
 }
 
-/* a motion of the key and a force of a finger, and what the thing->action does with them */
+/* a motion of the key and a force of a finger, and the response of thing->action */
 static stein_status call_drive(uint64_t *result, stein_err *err)
 {
     lab_drive *drive = NULL;
@@ -82,7 +82,7 @@ static stein_status call_write(uint64_t *result, stein_err *err)
 
 enum { POINTS = 3 };
 
-/* strokes at three places of the stop, and what they say of the published facts */
+/* strokes at three places of the stop, and the published facts on them */
 static stein_status sweep(lab_point point[POINTS], lab_fact *fact, int *nfact, stein_err *err)
 {
     for (int i = 0; i < POINTS; i++) {
@@ -211,7 +211,7 @@ static stein_status call_fit(uint64_t *result, stein_err *err)
     return status;
 }
 
-/* strokes that move as they say, are read as they were meant, and where each of them rests */
+/* checks of settings, suspicions and rests of strokes */
 static stein_status call_settings(uint64_t *result, stein_err *err)
 {
     const char *const file[] = {thing->swing[0], thing->swing[1], thing->swing[2]};
@@ -279,7 +279,7 @@ static stein_status call_resume(uint64_t *result, stein_err *err)
     return status;
 }
 
-/* a pendulum that air brakes, and what is found, written in all its forms */
+/* a pendulum with air drag, and its diagnosis, written in all forms */
 static stein_status call_diagnose(uint64_t *result, stein_err *err)
 {
     const char *const file[] = {thing->swing[0], thing->swing[1], thing->swing[2]};
@@ -304,7 +304,7 @@ static stein_status call_diagnose(uint64_t *result, stein_err *err)
     return status;
 }
 
-/* what could be missing, and a mechanism that has it */
+/* candidates, and a mechanism with one of them */
 static stein_status call_candidates(uint64_t *result, stein_err *err)
 {
     lab_candidate *list = NULL;
@@ -351,9 +351,9 @@ static stein_status call_plan(uint64_t *result, stein_err *err)
     return status;
 }
 
-/* ---- what is written for others ---- */
+/* ---- output for other programs ---- */
 
-/* with a compiler that writes a line; what is in an FMU is tested elsewhere */
+/* with a compiler that writes a line; other tests check the contents of an FMU */
 static stein_status call_fmu(uint64_t *result, stein_err *err)
 {
     lab_options options = files_options();
@@ -379,8 +379,7 @@ static stein_status call_expressions(uint64_t *result, stein_err *err)
     return status;
 }
 
-/* every kind of file: joints of several kinds, loops, couplings, notes on what is left out,
- * warnings */
+/* every kind of file: joints of several kinds, loops, couplings, notes on omissions, warnings */
 static stein_status call_import(uint64_t *result, stein_err *err)
 {
     static const char *const file[] = {"tests/mbs/arm.mbs", "tests/mbs/rig.mbs",
@@ -396,7 +395,7 @@ static stein_status call_import(uint64_t *result, stein_err *err)
     return status;
 }
 
-/* a page, its module compiled anew by that compiler */
+/* a page; that compiler compiles its module again */
 static stein_status call_page(uint64_t *result, stein_err *err)
 {
     char remove[2 * FILES_PATH];

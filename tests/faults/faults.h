@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * faults.h - what the files of this folder share.
+ * faults.h - shared by the files of this folder.
  *
  *   main.c       one failure after the other
  *   memory.c     malloc and its kin, which can be told to fail
@@ -20,19 +20,19 @@
 /** Before anything else. */
 void memory_begin(void);
 /** From now on the at-th allocation fails, and with for_good every one after it; 0: none does.
- *  Counts begin anew. */
+ *  Counts begin at 0. */
 void memory_fail(long at, int for_good);
-/** None fails any more, none is noted; the counts stay as they are. */
+/** None fails any more, none is noted; the counts do not change. */
 void memory_calm(void);
 /** Blocks that are in use. */
 long memory_live(void);
 /** Allocations that were refused. */
 long memory_refused(void);
-/** 1: one was asked for by a library that loses blocks when it is refused. */
+/** 1: one was requested by a library that leaks blocks when it is refused. */
 int memory_forgetful(void);
-/** Print who had asked for the first of them. */
+/** Print the caller of the first of them. */
 void memory_who(void);
-/** Note the places that ask for memory, until memory_calm(). */
+/** Record the places that request memory, until memory_calm(). */
 void memory_note(void);
 /** The first allocation of each place. @return how many */
 int memory_places(const long **first);
@@ -40,7 +40,7 @@ int memory_places(const long **first);
 /* ---- files.c ---- */
 
 enum { FILES_PATH = 80 };
-/** A folder of our own and what is in it. */
+/** A temporary folder and its contents. */
 typedef struct things {
     char folder[40], out[FILES_PATH], journal[FILES_PATH];
     const char *yaml;                           /* of the pendulum */
@@ -66,7 +66,7 @@ uint64_t files_hash(const char *path);
 
 /* ---- calls ---- */
 
-/** A call: OK and a hash of what came out, or an error. */
+/** A call: OK and a hash of the result, or an error. */
 typedef stein_status call(uint64_t *result, stein_err *err);
 
 /** The last one of a table has no name. */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * files.c - what the calls read: measured swings, a motion, a compiler that compiles nothing.
+ * files.c - files for the calls: measured swings, a motion, a compiler that compiles nothing.
  */
 #define _DEFAULT_SOURCE
 #include <math.h>
@@ -79,7 +79,7 @@ static double noise(int i)
     return ((i * 7919) % 13 - 6) / 3.7;
 }
 
-/* angles of a simulation that is let go at q, with noise sd; told: the file says from where */
+/* angles of a simulation that is let go at q, with noise sd; told: start state in the file */
 static void film(char path[FILES_PATH], const char *name, stein_sim *sim, double q, double every,
                  double sd, const char *told)
 {
@@ -116,7 +116,7 @@ static void film_pendulum(void)
     stein_sim_destroy(sim);
 }
 
-/* A wheel let go at one angle, whose drags look alike, and what a diagnosis says of it. */
+/* A wheel released at one angle, for which several drags are alike, and its diagnosis. */
 static void diagnose_rotor(void)
 {
     stein_err err = {STEIN_OK, ""};
@@ -176,7 +176,7 @@ static void record_stroke(void)
     stein_sim_destroy(sim);
 }
 
-/* programs that others are: what they are given is looked at elsewhere */
+/* programs that others are: other tests check their contents */
 static void write_programs(void)
 {
     char path[FILES_PATH];

@@ -7,9 +7,8 @@
  * of these.
  *
  * malloc and its kin are defined in memory.c, so the libraries below ours (libyaml, GSL, stdio) use
- * them too. A call that is told there is no memory has to end with an error and leave nothing
- * behind - no block, no result, no changed object - or to end with the result it has when there is
- * memory.
+ * them too. A call without memory has to end with an error and leave no block, no result and no
+ * changed object; or it ends with the same result as with memory.
  */
 #include <gsl/gsl_errno.h>
 #include <stdio.h>
@@ -62,7 +61,7 @@ static long fail_each(const call_entry *c, int good, uint64_t expected)
     return n;
 }
 
-/* the places that ask for memory in a call, *first allocation of each. @return how many */
+/* the places that request memory in a call, *first allocation of each. @return their number */
 static int find_places(const call_entry *c, const long **first)
 {
     stein_err err;
@@ -91,7 +90,7 @@ static void fail_all(const call_entry *c, int stride)
     stein_err err = {STEIN_OK, ""};
     uint64_t expected = 0;
     long n = 0;
-    c->call(&expected, &err); // what is kept for ever (buffers, caches) is there now
+    c->call(&expected, &err); // permanent buffers and caches exist now
     if (c->call(&expected, &err) != STEIN_OK) {
         printf("FAILED: %s: %s\n", c->name, err.msg);
         wrong++;
@@ -106,7 +105,7 @@ static void fail_all(const call_entry *c, int stride)
     printf("faults: %-9s %5ld allocations failed\n", c->name, n);
 }
 
-/* those of a table that are asked for. @return how many */
+/* the selected ones of a table. @return their number */
 static int choose(const call_entry *c, const char *name)
 {
     int chosen = 0;

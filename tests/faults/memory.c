@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * memory.c - malloc and its kin, which can be told to fail, and who asked them.
+ * memory.c - malloc and its relatives, which can be made to fail, and their callers.
  *
- * A place that asks for memory is where four calls on the stack are others than at all places
- * before.
+ * A place that requests memory is a new combination of the last four calls on the stack.
  */
 #define _GNU_SOURCE /* dladdr */
 #include <dlfcn.h>
@@ -27,7 +26,7 @@ static atomic_int for_good, forgetful;
 /* ---- places: the first allocation of each ---- */
 
 enum { FRAMES = 7, BELOW = 3, PLACES = 1 << 14 }; /* of these frames three are here */
-static uint64_t place[PLACES];                    /* hashed; 0: nobody there */
+static uint64_t place[PLACES];                    /* hashed; 0: no caller */
 static long first_at[PLACES];
 static int places;
 static atomic_int noting;
@@ -35,7 +34,7 @@ static atomic_int noting;
 static void note_place(long n)
 {
     void *frame[FRAMES];
-    atomic_store(&noting, 0); // what looks at the stack may ask for memory
+    atomic_store(&noting, 0); // reading the stack may request memory
     int depth = backtrace(frame, FRAMES);
     size_t known = depth > BELOW ? (size_t)(depth - BELOW) : 0;
     uint64_t hash = lab__hash(STEIN_HASH, frame + BELOW, known * sizeof *frame);
@@ -52,10 +51,10 @@ static void note_place(long n)
 }
 
 enum { DEEP = 16, ASKING = 3 };   /* as many frames are here */
-static void *refused_frame[DEEP]; /* who asked for the first block that was refused */
+static void *refused_frame[DEEP]; /* caller of the first refused block */
 static int refused_depth;
 
-/* Does who asks forget the outer part of what it cannot make whole? GSL does, and libyaml of a
+/* Does the caller leak the outer part of an incomplete object? GSL does, and libyaml of a
    sequence or mapping that it was about to put into a document. That is not ours to mend. */
 static int forgets(void *const *frame, int depth)
 {
@@ -123,7 +122,7 @@ void free(void *block)
     __libc_free(block);
 }
 
-/* ---- what is asked of it ---- */
+/* ---- controls ---- */
 
 void memory_begin(void)
 {

@@ -80,7 +80,7 @@ void check_box(const fmu *f)
         force = f->model->inputs[i].kind != STEIN_INPUT_MOTION ? f->model->inputs[i].name : force;
     }
     if (allocations() < 0) {
-        return; // a sanitizer makes system calls of its own
+        return; // a sanitizer makes its own system calls
     }
     claim(unit_start(&u, f) == OK && unit_keep(&u, &state) == OK, "an instance and a state");
     int code = in_box(&u, force, &state, 0);

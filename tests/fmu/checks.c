@@ -72,7 +72,7 @@ void check_starts(const fmu *f)
     claim(bad == 0, "%d parameters have not the value of the mechanism", bad);
 }
 
-/* the last thing said has these words, as an error */
+/* the last message has these words, as an error */
 static void said(const unit *u, int status, const char *words)
 {
     claim(status == FAILED, "%s: status %d, expected an error", words, status);
@@ -163,7 +163,7 @@ static void check_calls(const fmu *f)
     unit_free(&u);
 }
 
-/* what belongs to a state is missing: instance, state, bytes, or the place for them */
+/* a missing part of a state: instance, state, bytes, or the place for them */
 static void check_no_state(const fmu *f)
 {
     unit u = {.f = f}, none = {.f = f};

@@ -38,7 +38,7 @@ static void begin_variable(description *d, const char **list)
     v->reference = (unsigned)strtoul(attribute(list, "valueReference"), NULL, 10);
 }
 
-/* in FMI 2 an element of its own */
+/* in FMI 2 a separate element */
 static void take_type(description *d, const char *element, const char **list)
 {
     variable *v = &d->v[d->n - 1];

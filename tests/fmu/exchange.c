@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * exchange.c - model exchange: an integrator of our own, Runge-Kutta 4 with events by bisection,
- * against the same mechanism in co-simulation; what is refused; states that are kept.
+ * against the same mechanism in co-simulation; refusals; states that are kept.
  */
 #include <math.h>
 #include <stdarg.h>
@@ -15,7 +15,7 @@
 #define IS3      (u->f->version == 3)
 
 enum { MOST = 64 };              /* states, indicators */
-static const double finer = 5.0; /* steps than those of the file, so that their error is none */
+static const double finer = 5.0; /* steps than the file's, so that their error is negligible */
 
 /* ---- the functions of both versions ---- */
 
@@ -142,7 +142,7 @@ static void rates_at(const motion *m, double t, const double *x, double *rate)
     }
 }
 
-/* where a step of h leads */
+/* result of a step of h */
 static void try_step(const motion *m, double h, double *to)
 {
     static const double c[4] = {0.0, 0.5, 0.5, 1.0}, b[4] = {1.0, 2.0, 2.0, 1.0};
@@ -236,7 +236,7 @@ static void start(motion *m, unit *u, const fmu *f)
     claim(get_states(u, m->x, m->nx) == OK && get_indicators(u, m->z, m->nz) == OK, "its state");
 }
 
-/* ---- what is claimed ---- */
+/* ---- claims ---- */
 
 /* the outputs of a co-simulation at t */
 static int outputs_of(const fmu *f, const char *input, double value, double t, double *y)

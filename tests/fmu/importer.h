@@ -43,7 +43,7 @@ typedef struct fmu {
     const stein_model *model; /* the same mechanism in libstein.a, or NULL */
 } fmu;
 
-/** The functions of a standard that an importer of its own needs, by name; fails the test without
+/** The functions of a standard that this importer needs, by name; fails the test without
  *  it. */
 void (*fmu_function(const fmu *f, const char *name))(void);
 int fmu_open(fmu *f, int version, const char *library, const char *file);
@@ -51,7 +51,7 @@ int fmu_open(fmu *f, int version, const char *library, const char *file);
 /* statuses of both versions */
 enum { OK = 0, DISCARD = 2, FAILED = 3, NO_INSTANCE = 4 };
 
-/** An instance, and what it has said. */
+/** An instance and its messages. */
 typedef struct unit {
     const fmu *f;
     void *c;

@@ -46,7 +46,7 @@ int fmu_open(fmu *f, int version, const char *library, const char *file)
     return 1;
 }
 
-/* ---- what it says ---- */
+/* ---- its messages ---- */
 
 static void hear(unit *u, int status, const char *category, const char *message)
 {

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * main.c - tests of an FMU: importer VERSION LIBRARY DESCRIPTION CSV [CHECK...]
  *
- * CSV is what `stein simulate` has written of the same mechanism. Claims that fail are told; the
+ * CSV is the output of `stein simulate` for the same mechanism. Failed claims are printed; the
  * last line is the numbers of both kinds.
  */
 #include <math.h>
@@ -36,7 +36,7 @@ int same(double a, double b)
     return memcmp(&a, &b, sizeof a) == 0;
 }
 
-/* The FMU asks this program's malloc for memory; sanitizers have one of their own. */
+/* The FMU uses this program's malloc; sanitizers have one of their own. */
 #if SANITIZED
 long allocations(void)
 {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * runs.c - the numbers: those of `stein simulate` and of the C interface, bit for bit, whatever way
- * an importer takes to them.
+ * runs.c - the numbers: the bits of `stein simulate` and of the C interface, in every order of
+ * calls.
  */
 #include <math.h>
 #include <pthread.h>
@@ -504,7 +504,7 @@ void check_discard(const fmu *f)
     unit_free(&a);
     unit_free(&b);
 
-    // events are told when they are asked for
+    // events are logged on request
     claim(unit_start(&a, f) == OK && unit_log(&a, 1, 1, (const char *[]){"logEvents"}) == OK,
           "events");
     t = 0.0;

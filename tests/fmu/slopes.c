@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * slopes.c - directional and adjoint derivatives, against what is known of the mechanism.
+ * slopes.c - directional and adjoint derivatives, against exact ones of the mechanism.
  */
 #include <math.h>
 #include <stdio.h>

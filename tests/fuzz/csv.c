@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * csv.c - any bytes as measured data of the action; what is accepted is audited as well.
+ * csv.c - any bytes as measured data of the action; accepted files are audited as well.
  */
 #include <math.h>
 

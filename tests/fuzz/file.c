@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * file.c - a file in memory for targets whose reader wants a path.
+ * file.c - a file in memory for targets with a reader that takes a path.
  */
 #define _GNU_SOURCE /* memfd_create */
 #include <sys/mman.h>

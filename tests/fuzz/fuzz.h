@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * fuzz.h - what the fuzz targets share. A target is one function of bytes; `make fuzz` links it
+ * fuzz.h - shared by the fuzz targets. A target is one function of bytes; `make fuzz` links it
  * with clang's libFuzzer and lets it run, `make check` feeds it the kept files of
  * tests/fuzz/corpus/.
  *
@@ -28,7 +28,7 @@ static inline void must(int holds, const char *what)
 /** A file of these bytes, by a path that can be opened; its descriptor is reused. */
 const char *fuzz_file(const void *data, size_t size);
 
-/** The next line of an input, as a string of its own in `line`. @return 0 when there is none */
+/** The next line of an input, as a separate string in `line`. @return 0 when there is none */
 static inline int fuzz_line(const uint8_t **data, size_t *size, char *line, size_t room)
 {
     if (*size == 0) {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * journal.c - any lines as the journal of a sweep. Each gets the checksum that it needs, else none
- * would be looked at; lines that begin with "!" stay as they are.
+ * journal.c - any lines as the journal of a sweep. Each gets a correct checksum, else it would be
+ * ignored; lines that begin with "!" are not changed.
  */
 #include "fuzz.h"
 #include "plot.h"

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * mechanism.c - any bytes as a mechanism file; what is accepted has to give equations, or an error.
+ * mechanism.c - any bytes as a mechanism file; an accepted file has to give equations, or an error.
  */
 #include "fuzz.h"
 #include "gen.h"

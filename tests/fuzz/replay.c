@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * replay.c - feeds files to a fuzz target that is built without libFuzzer: each as it is, cut at a
+ * replay.c - feeds files to a fuzz target that is built without libFuzzer: each unchanged, cut at a
  * few places, and with some of its bits changed.
  */
 #include "fuzz.h"
@@ -14,7 +14,7 @@ static size_t draw(size_t n)
     return n > 0 ? (size_t)(seed >> 33) % n : 0;
 }
 
-/* in memory of its own size, so that a sanitizer sees who reads beyond */
+/* in memory of its exact size, so that a sanitizer detects reads beyond it */
 static void feed(const uint8_t *data, size_t size)
 {
     uint8_t *copy = malloc(size > 0 ? size : 1);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * set.c - any words on the command line, and what --set and --vary of them mean to a mechanism.
+ * set.c - any words on the command line, and --set and --vary of them for a mechanism.
  */
 #include "cli.h"
 #include "fuzz.h"

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * state.c - damaged state blocks. The input is laid over a saved one; first as it is, then with a
- * checksum that agrees, so that the values themselves are looked at. What is accepted goes on.
+ * state.c - damaged state blocks. The input is laid over a saved one; first unchanged, then with a
+ * correct checksum, so that the values are checked. Accepted states are simulated further.
  */
 #include "core.h"
 #include "fuzz.h"
@@ -54,7 +54,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         size -= n;
     }
     // an input with the sum that its own changes need has forged a block, which is no damage;
-    // libFuzzer finds such sums, as it sees what is compared
+    // libFuzzer finds such sums, since it traces comparisons
     unsigned char *const sum_at = block + offsetof(state_head, sum);
     int same = memcmp(block, saved, whole) == 0;
     int summed = memcmp(sum_at, saved + offsetof(state_head, sum), sizeof(uint64_t)) != 0;

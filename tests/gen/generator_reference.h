@@ -7,7 +7,7 @@
 #include "mechanism.h"
 #include "stein/model.h"
 
-/** What a state gives. All arrays in the layout of stein_model. */
+/** Values at a state. All arrays in the layout of stein_model. */
 typedef struct ref_out {
     double *M, *c;            /* [n*n], [n] */
     double *x, *v, *J, *jdqd; /* points */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_digest.c - mechanisms of one structure have the same equations: a program that has those of
- * one takes them for the other without generating anything.
+ * test_digest.c - mechanisms of one structure have the same equations: a program with the equations
+ * of one uses them for the other without generating.
  *
  * Model files are changed in places all over the text - a line is left out, a number becomes zero
  * or another one, a letter another one - and of those that can still be read one in three is
@@ -325,13 +325,13 @@ START_TEST(every_part_of_a_mechanism_is_part_of_its_structure)
     choice_counts(m, &m->stroke_string, "string");
     choice_counts(m, &m->stroke_notch, "notch");
     gen_structure(m, after);
-    ck_assert_str_eq(after, before); // all as it was
+    ck_assert_str_eq(after, before); // nothing changed
     mech_free(m);
     free(text);
 }
 END_TEST
 
-START_TEST(what_is_built_in_is_found_by_its_structure)
+START_TEST(built_in_equations_are_found_by_their_structure)
 {
     int n = 0;
     for (const lab__structure *s = lab__structures; s->hash != NULL; s++, n++) {
@@ -359,7 +359,7 @@ Suite *digest_suite(void)
     tcase_add_loop_test(tc, mechanisms_of_one_structure_have_the_same_equations, 0, FILES);
     tcase_add_test(tc, values_are_no_structure_and_zeros_are);
     tcase_add_test(tc, every_part_of_a_mechanism_is_part_of_its_structure);
-    tcase_add_test(tc, what_is_built_in_is_found_by_its_structure);
+    tcase_add_test(tc, built_in_equations_are_found_by_their_structure);
     suite_add_tcase(suite, tc);
     return suite;
 }

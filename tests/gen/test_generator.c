@@ -178,7 +178,7 @@ START_TEST(articulated_bodies_agree_with_lagrange)
         for (int i = 0; i < n; i++) {
             m->bodies[i].type = 'R';
             m->bodies[i].axis = planar ? 'y' : m->bodies[i].axis;
-            for (int l = 0; l < 3; l++) { // what slides needs no inertia
+            for (int l = 0; l < 3; l++) { // a sliding body needs no inertia
                 mech_scalar *own = &m->bodies[i].inertia[l];
                 if (own->kind == MECH_ZERO) {
                     *own = (mech_scalar){MECH_PARAM, m->nparam, 0.7};
@@ -217,7 +217,7 @@ START_TEST(articulated_bodies_agree_with_lagrange)
 END_TEST
 
 /* every operation of a formula: the reference takes the numbers that the reader worked out */
-START_TEST(formulas_are_what_the_reader_works_out)
+START_TEST(formulas_agree_with_the_reader)
 {
     static const char file[] =
         "mechanism: formulas\n"
@@ -769,7 +769,7 @@ Suite *generator_suite(void)
     generator_graph_cases(s);
     tcase_add_test(arm, graphs_agree_with_lagrange_on_a_six_axis_arm);
     tcase_add_loop_test(arm, articulated_bodies_agree_with_lagrange, 0, 3);
-    tcase_add_test(arm, formulas_are_what_the_reader_works_out);
+    tcase_add_test(arm, formulas_agree_with_the_reader);
     suite_add_tcase(s, arm);
     tcase_set_timeout(models, 300);
     tcase_add_test(models, compiled_models_agree_with_lagrange);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * test_generator_graph.c - expressions: sharing, signs, what moves to the setup, counts, values.
+ * test_generator_graph.c - expressions: sharing, signs, terms moved to the setup, counts, values.
  */
 #include <stdlib.h>
 

@@ -164,7 +164,7 @@ static void assert_same_text(const char *now, const char *accepted)
 }
 
 /* `make golden` accepts a changed text after it has been read. */
-START_TEST(pendulum_is_generated_as_the_golden_file_says)
+START_TEST(pendulum_is_generated_as_in_the_golden_file)
 {
     size_t size;
     char *golden = read_file("tests/golden/pendulum.c", &size);
@@ -231,8 +231,8 @@ START_TEST(other_texts_are_those_that_were_accepted)
     char *was = strtok_r(golden, "\n", &was_left), *is = strtok_r(now, "\n", &now_left);
     while (was != NULL && is != NULL) {
         ck_assert_msg(strcmp(was, is) == 0,
-                      "the text is another one: \"%s\", accepted was \"%s\". Compare what steingen "
-                      "writes before and now; make golden accepts it",
+                      "the text is another one: \"%s\", accepted was \"%s\". Compare the output of "
+                      "steingen with the golden one; make golden accepts it",
                       is, was);
         was = strtok_r(NULL, "\n", &was_left);
         is = strtok_r(NULL, "\n", &now_left);
@@ -314,7 +314,7 @@ static const struct {
     {"mechanism: rod", "mechanism: pole", 0},
 };
 
-START_TEST(equations_hash_ignores_numbers_and_sees_structure)
+START_TEST(equations_hash_ignores_numbers_and_depends_on_structure)
 {
     char before[17], after[17];
     hash_of("mass", "mass", before);
@@ -535,10 +535,10 @@ void generator_text_cases(Suite *suite)
     tcase_add_test(t, six_axis_arm_stays_cheap);
     tcase_add_test(t, long_chain_stays_cheap);
     tcase_add_test(t, planar_cost_is_the_same_about_every_axis);
-    tcase_add_test(t, pendulum_is_generated_as_the_golden_file_says);
+    tcase_add_test(t, pendulum_is_generated_as_in_the_golden_file);
     tcase_add_test(t, other_texts_are_those_that_were_accepted);
     tcase_add_test(t, generating_again_gives_the_same_bytes);
-    tcase_add_loop_test(t, equations_hash_ignores_numbers_and_sees_structure, 0,
+    tcase_add_loop_test(t, equations_hash_ignores_numbers_and_depends_on_structure, 0,
                         (int)(sizeof changes / sizeof *changes));
     tcase_add_test(t, a_zero_that_becomes_a_number_changes_the_equations);
     tcase_add_test(t, hostile_names_stay_in_string_literals);

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * check.c - checks that `stein plan` asks for, made in the world of the set: instruments, lengths,
+ * check.c - checks that `stein plan` proposes, made in the world of the set: instruments, lengths,
  * masses, felts by themselves.
  *
- * What is true is in the answer, what is not hidden is as the file says (the plan repeats it); a
- * plumb line, a scale, a light, a clock, calipers, a knife edge, a balance, a press show it with
+ * True values are in the answer; values that are not hidden are the file's (the plan repeats them);
+ * a plumb line, a scale, a light, a clock, calipers, a knife edge, a balance, a press show it with
  * the noise that the plan counts with. A scale is read at 11 places and a parabola drawn through
  * the readings; a press as well, and through those a law that has the file's powers, from where the
  * felt seems to begin:
@@ -23,8 +23,7 @@
 #include "hidden.h"
 
 enum { VALUES = 11, HEAD = 1000, MOST = 4 };
-static const double least = 0.1, begins = 1e-5,
-                    unit = 1e-4; /* of a press: see check.c of the plan */
+static const double least = 0.1, begins = 1e-5, unit = 1e-4; /* of a press: check.c of the plan */
 
 /* numbers of instruments, what the answer calls what is hidden there, and when all is right */
 static const struct {
@@ -158,7 +157,7 @@ static int press(felt *found, const felt *file, const felt *real, double noise, 
         }
         gsl_matrix_set(X, r, (size_t)n, (force(file, x + begins) - force(file, x)));
     }
-    // that it begins within 10 um, in the place of the reading at 0, which says nothing
+    // that it begins within 10 um, in the place of the reading at 0, which has no information
     gsl_matrix_set(X, 0, (size_t)n, 1.0);
     gsl_vector_set(w, 0, times);
     if (n > 0 && gsl_multifit_wlinear(X, w, y, c, C, &chi2, room) == 0) {
@@ -241,7 +240,7 @@ static int make_scale(char head[HEAD], const tree *check, const tree *answer, do
     return 0;
 }
 
-/* one check, so many times. @return 0, -1: this laboratory has no such thing */
+/* one check, so many times. @return 0, -1: this laboratory lacks it */
 static int make(char head[HEAD], const tree *check, const tree *answer, int times, gsl_rng *rng)
 {
     const tree *list = tree_get(check, "numbers"), *first = list != NULL ? list->child : NULL;

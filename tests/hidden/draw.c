@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * draw.c - one draw: the measurements are made, diagnosed as a program of its own, judged.
+ * draw.c - one draw: the measurements are made, diagnosed by a separate program, judged.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -49,7 +49,7 @@ static int is_double(const char *level)
     return strcmp(level + strlen(level) - 2, "x2") == 0;
 }
 
-/* Sets of different levels are different sets: each level has seeds of its own. */
+/* Sets of different levels are different sets: each level has its own seeds. */
 static unsigned long seed_of(const setup *s, const char *level, int draw)
 {
     char kind = draw_kind(level);

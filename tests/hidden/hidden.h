@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * hidden.h - blind tests: measurements with something hidden in them are made, `stein diagnose`
- * sees the CSV files alone, then the sealed answer is opened and the verdict scored.
+ * hidden.h - blind tests: measurements with a hidden effect are made, `stein diagnose` reads the
+ * CSV files alone, then the sealed answer is opened and the verdict scored.
  *
  *      DIR/sets/L1-0007/fit_01.csv ... held_06.csv     what the diagnosis sees
  *      DIR/sealed/L1-0007.json                         what is hidden; opened afterwards
@@ -10,14 +10,14 @@
  *      DIR/BUILD/T1-0007-checked/                      strokes that state what was found by checks
  *      DIR/BUILD/stein                                 the program that is judged: a copy
  *
- * BUILD is a hash of the program's bytes: an interrupted run goes on where it was, another program
- * begins anew on the same sets. Nothing here is linked with the library: the scorer knows what
- * other programs know, files.
+ * BUILD is a hash of the program's bytes: an interrupted run continues; another program starts
+ * again on the same sets. Nothing here is linked with the library: the scorer knows what other
+ * programs know, files.
  *
- * With `--world any` the sets are those of tests/world: each has a mechanism of its own,
- * SET/model.yaml, and as many records as were drawn. Their levels: null; small, clear, gross one
- * effect of 0.5, 2, 100 noises; two; law, one that is in no table; wrong, the set-up is wrong and
- * no verdict may be trusted.
+ * With `--world any` the sets come from tests/world: each has its own mechanism, SET/model.yaml,
+ * and a random number of records. Their levels: null; small, clear, gross one effect of 0.5, 2, 100
+ * noises; two; law, one that is in no table; wrong, the set-up is wrong and no verdict may be
+ * trusted.
  *
  * Levels of the action: null; L1, L2, L3 one effect of the table, 2, 0.5, 0.15 of one sample's
  * noise; L1x2 two at once; X1 a law outside of the table, as large as L1; T1 twins: an effect of
@@ -40,7 +40,7 @@ enum { NAME = 100, PATH = 1000, DRAWS = 9999 };
 enum { FIT = 12, HELD = 6 };
 /** And at most so many of each in a set of tests/world. */
 enum { RECORDS = 18 };
-/** The seed of a draw is that of its run times this, and more (draw.c). */
+/** The seed of a draw is the seed of its run times this, and more (draw.c). */
 enum { SEEDS_A_RUN = 100000 };
 
 /* ---- tree.c ---- */
@@ -90,7 +90,7 @@ typedef struct score {
     int causes, rivals;
     int rank;       /* of the truth among all that was judged, 1: first, 0: not in the list */
     int first, set; /* truth is first, is in the set */
-    int all;        /* the causes are what is hidden, all of it and nothing else */
+    int all;        /* the causes are exactly the hidden effects */
     int first_alike, set_alike; /* the same, with identical descriptions as one */
     int right_class, class_alike;
     int numbered, covered; /* its number is known; is inside the interval */
@@ -110,7 +110,7 @@ typedef struct score {
     int all_alike;        /* as all, with identical descriptions as one */
     char mechanism[NAME]; /* of tests/world; "-": the action */
     int offered;          /* the truth is one of the candidates of `stein effects` */
-    int tied;             /* effects that the records cannot tell from the truth (tests/world) */
+    int tied; /* effects that the records cannot distinguish from the truth (tests/world) */
     int first_tied, set_tied; /* first, in the set: the truth or one of those */
     char lost[NAME];          /* the step that lost the truth (truth.c); "-": none, or unknown */
 } score;
@@ -120,7 +120,7 @@ int score_read(const char *path, score *s);
 /** The names of the columns, and one row a result. */
 void score_head(FILE *f);
 void score_row(FILE *f, const score *s);
-/** @return 0, -1: the row has not what its head says */
+/** @return 0, -1: the row does not match its head */
 int score_of_row(const char *head, const char *row, score *s);
 
 /* ---- draw.c ---- */
@@ -140,7 +140,7 @@ typedef struct setup {
 } setup;
 /** @return 0: judged, or was before; -1: could not be made, after a message */
 int draw_run(const setup *s, int level, int draw);
-/** What the name of a level says: 'n' nothing hidden, 'L' an effect of the table, 'X' a law of
+/** Meaning of the name of a level: 'n' nothing hidden, 'L' an effect of the table, 'X' a law of
  * none, 'T' twins, 'W' the set-up is wrong. */
 char draw_kind(const char *level);
 /** Number of a level of tests/world, -1: it is none. */
@@ -160,12 +160,12 @@ void draw_paths(const setup *s, const char *level, int draw, char set[PATH], cha
 /** Results of the file count as judged here. @return 0, also when there is no file yet; -1 after a
  *  message */
 int record_read(const setup *s);
-/** The file with what has been judged in it. @return 0, -1 after a message */
+/** The file with the judged results in it. @return 0, -1 after a message */
 int record_write(const setup *s);
 
 /* ---- judge.c ---- */
 
-/** Compare what was found with the answer. @return 0, -1 after a message */
+/** Compare the result with the answer. @return 0, -1 after a message */
 int judge(const setup *s, const char *answer, const char *out, score *result);
 /** `stein effects MODEL --json`, or NULL. @param out  a path to write beside */
 tree *judge_effects(const setup *s, const char *out);
@@ -178,7 +178,7 @@ int names_alike(const tree *candidates, names a, names b);
 
 /* ---- truth.c ---- */
 
-/** Which step lost what was hidden: from the trace in the folder of results. */
+/** The step that lost the hidden effect: from the trace in the folder of results. */
 void truth_judge(const char *out, const tree *found, const tree *answer, const tree *candidates,
                  score *r);
 
@@ -191,24 +191,24 @@ void judge_law(const tree *found, const tree *answer, score *r);
 /** Plan, film and diagnose again, when the verdict has rivals. @return 0 */
 int twin_run(const setup *s, int level, int draw, const char *set, const char *answer,
              const char *out, score *r);
-/** The truth is first afterwards and nobody else of the first set is left. */
+/** The truth is first afterwards, and no other candidate of the first set is left. */
 int twin_separated(const tree *before, const tree *after, const tree *answer,
                    const tree *candidates);
 
 /* ---- check.c ---- */
 
-/** Check instruments, and state what is found in copies of the set's strokes.
+/** Check instruments, and state the results in copies of the set's strokes.
  *  @param checks  "check" of an experiment
  *  @param times   as often
  *  @param to      folder of the copies
  *  @return 0, -1: it cannot be done here, or after a message */
 int check_make(const tree *checks, const tree *answer, int times, const char *set, const char *to);
-/** Would they find what is hidden? */
+/** Would they find the hidden effect? */
 int check_covers(const tree *checks, const tree *answer);
 
 /* ---- table.c ---- */
 
-/** The table of all levels; how many draws are missing is told below it. */
+/** The table of all levels; the number of missing draws is below it. */
 void table_print(FILE *f, const setup *s);
 /** One line a draw: truth, verdict, what was first, rank of the truth. @return 0, -1 */
 int table_confusions(const char *path, const setup *s);

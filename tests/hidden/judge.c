@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * judge.c - what was found against what was hidden.
+ * judge.c - the result against the hidden effect.
  *
- * Right cause and place: kind and place of the first cause are those of the answer. The set: all
- * causes and what is reported as indistinguishable. Class: the verdict.
+ * Right cause and place: kind and place of the first cause are the answer's. The set: all causes
+ * and their rivals. Class: the verdict.
  *
  * Some descriptions are exactly the same (a contact that lies deeper and a line that is shifted):
  * one of them is a candidate, and `stein effects MODEL --json` lists the others as `also_called`.
- * Both countings are kept, the strict one and the one that takes them as one cause.
+ * Both counts are kept: strict, and with these as one cause.
  *
- * The number. Most kinds have an amount of their own, compared as it is. Where a number of the
+ * The number. Most kinds have a separate amount, which is compared directly. Where a number of the
  * file is wrong the answer has its true value; found is the value in extended.yaml, as `stein
  * check` reads it, with the interval of the amount. Its error is relative to how far the true value
  * is from the file's, not to the value itself: 2 % of a length would be a large error.
@@ -50,7 +50,7 @@ static int has_word(const char *words, const char *word)
     return 0;
 }
 
-/* is it this candidate, or one of the numbers of the file that say the same? */
+/* is it this candidate, or one of its aliases? */
 static int belongs(const tree *candidate, names n)
 {
     return same(names_of(candidate), n) || (strcmp(n.kind, "wrong_parameter") == 0 &&
@@ -126,7 +126,8 @@ static void judge_names(score *r, const tree *found, names truth, const tree *ca
     }
 }
 
-/* what these records cannot tell from the truth counts as well: it would be chance to be right */
+/* candidates that these records cannot distinguish from the truth count as well: it would be chance
+ * to be right */
 static void judge_ties(score *r, const tree *found, const tree *answer, const tree *candidates)
 {
     const tree *alike = tree_get(answer, "alike"), *causes = tree_get(found, "causes");

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * law.c - a recovered law against the one that was hidden.
+ * law.c - a recovered law against the hidden one.
  *
  * Right is unknown_effect at the place of the answer, over its variable. A law with a memory has no
  * variable that a curve could be drawn over: there right is the place, and that no state function
  * is said to explain it - whatever curve came nearest.
  *
- * The curve is compared where the strokes to fit have been, at even distances: root of the mean
- * square error over that of the truth, and the share of those points inside of the band. Between
- * its points it is read as law.h says: Hermite, with slopes of parabolas; level beyond the ends.
+ * The curve is compared where the strokes to fit have been, at even distances: RMS error over the
+ * RMS of the truth, and the share of these points inside of the band. Between its points it is read
+ * as in law.h: Hermite, with slopes of parabolas; level beyond the ends.
  */
 #include <math.h>
 #include <string.h>

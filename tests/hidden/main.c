@@ -281,7 +281,7 @@ int main(int argc, char **argv)
     if (failed > 0) {
         fprintf(stderr, "hidden: %d draws failed\n", failed);
     }
-    int kept = is_run ? record_write(&s) : 0; // who looks changes nothing
+    int kept = is_run ? record_write(&s) : 0; // looking changes nothing
     int status = is_sets ? OK : kept != 0 ? FAILED : show(&s);
     return failed > 0 ? FAILED : status;
 }

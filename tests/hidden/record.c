@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * record.c - results that are kept: a CSV table of all draws that were ever counted, one row each.
  *
- * 200 draws a level take hours: a run may be broken off and continued elsewhere, and a reader of
- * the tables in docs/validation.md finds every draw behind them. Rows of the seed that is asked for
+ * 200 draws a level take hours: a run may be interrupted and continued on another machine, and
+ * every draw behind the tables of docs/validation.md is listed. Rows of the seed that is asked for
  * become score files at the start of a run and are written back at its end; rows of other seeds
  * stay.
  */
@@ -70,7 +70,7 @@ int record_read(const setup *s)
     return process_folder(s->results) == 0 ? each_row(s, take_back, NULL) : -1;
 }
 
-/* rows of other seeds stay, and those of the run that its levels and draws do not reach */
+/* rows of other seeds stay, and rows of this run outside of its levels and draws */
 static int copy_rest(const setup *s, const score *r, void *ctx)
 {
     int asked = 0;

@@ -30,7 +30,7 @@ static results gather(const setup *s)
             score *one = &r.of[k][r.n[k]];
             int there = score_read(scored, one) == 0;
             r.missing += !there;
-            // an effect that nobody could make large enough asks something else
+            // an effect that cannot be made large enough is another question
             r.unmet += there && !one->met;
             r.n[k] += there && one->met;
         }
@@ -301,7 +301,7 @@ static int concerns(figure what, const score *d)
     case CHECKED:
     case TOO_MANY:
     case NOT_FILMED: return has_twins(d);
-    case SEPARATED: // who was not in the set cannot be left over
+    case SEPARATED: // a candidate that was not in the set cannot be left over
         return has_twins(d) && d->set_alike && (asks_too_much(d) || is_made(d));
     case ALARM_CLEAN: return !d->rough;
     case ALARM_ROUGH: return d->rough;
@@ -356,7 +356,7 @@ static int belongs(int row, const char *level)
     return strchr(rows[row].levels, draw_kind(level)) != NULL;
 }
 
-/* a row that old records know nothing of is there when a draw of level k has it */
+/* a row that old records lack is printed if a draw of level k has it */
 static int is_known(const results *r, int k, figure what)
 {
     int known = what != WALL && what != ALL_ALIKE && what != FIRST_TIED && what != SET_TIED &&

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * tree.c - reads JSON (RFC 8259) into a tree. \u escapes are kept as they are written: nothing that
- * is compared has any.
+ * tree.c - reads JSON (RFC 8259) into a tree. \u escapes are kept in their written form: nothing
+ * that is compared has any.
  */
 #include <math.h>
 #include <stdlib.h>

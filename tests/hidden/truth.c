@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * truth.c - which step of a diagnosis lost what was hidden, from its trace.
+ * truth.c - the step of a diagnosis that lost the hidden effect, from its trace.
  *
  *   not_offered    it is no candidate of the mechanism
  *   not_evaluated  no row has it, that is, no proposer asked for it with enough to gain
@@ -30,7 +30,7 @@ static int has_all(const tree *list, const tree *answer, const tree *also, const
            (also == NULL || has(list, names_of(also), candidates));
 }
 
-/* rows from there on were compared with one another: with noise that is estimated begin anew */
+/* rows from there on were compared with one another: with estimated noise begin again */
 static const tree *first_row(const tree *rows)
 {
     const tree *first = rows != NULL ? rows->child : NULL;

@@ -7,11 +7,11 @@
  *                                      the old strokes with what the checks found
  *      OUT-after/                      the diagnosis of the old strokes and the new ones
  *
- * Separated: the truth is the first cause and nobody of the first set but the truth is left in the
- * second; or a check has found the truth, and with it nothing is left to explain. The other
- * laboratory has an instrument for the hammer's angle and for nothing else that was not filmed.
- * What it cannot film is told and counted apart; an experiment that asks for more strokes than
- * anybody makes separates nothing.
+ * Separated: the truth is the first cause, and no other candidate of the first set is left in the
+ * second; or a check has found the truth, and with it nothing is left to explain. Of quantities
+ * that were not filmed the other laboratory has an instrument only for the hammer's angle.
+ * Quantities that it cannot film are reported and counted separately; an experiment with too many
+ * strokes counts as separating nothing.
  */
 #include <math.h>
 #include <string.h>
@@ -41,7 +41,7 @@ static void say(words *w, const char *option, const char *text)
 }
 
 /* an experiment of plan.json as options of the other laboratory.
- * @return 0, or -1: it has no such thing; the reason in why */
+ * @return 0, or -1: it lacks it; the reason in why */
 static int ask(words *w, const tree *e, char why[NAME])
 {
     char text[WORD];
@@ -89,7 +89,7 @@ static int is_one_of(const tree *list, const tree *candidates, names n)
     return 0;
 }
 
-/* is somebody of the list, who is not the truth, still in the second set? */
+/* is a candidate of the list other than the truth still in the second set? */
 static int any_left(const tree *list, const tree *after, const tree *candidates, names truth)
 {
     for (const tree *c = list != NULL ? list->child : NULL; c != NULL; c = c->next) {

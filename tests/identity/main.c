@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * main.c - the smallest program that prints the core's hash: core and equations, nothing else.
+ * main.c - the smallest program that prints the core's hash: core and equations only.
  * tests/identity.sh builds it for many compilers, options and processors.
  */
 #include <stdio.h>

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * libcheck.c - blocks of libcheck begin as zeros: clang's memory sanitizer does not see what that
- * library writes into them, and would call it uninitialised. Linked with VARIANT=memory only.
+ * libcheck.c - blocks of libcheck begin as zeros: clang's memory sanitizer does not track the
+ * writes of that library into them, and would report them as uninitialised. Linked with
+ * VARIANT=memory only.
  */
 #include <stdlib.h>
 

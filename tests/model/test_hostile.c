@@ -67,7 +67,7 @@ static void record_all(void *ctx, const char *message)
     strcat(ctx, "\n");
 }
 
-START_TEST(all_problems_are_told_in_the_order_of_the_file)
+START_TEST(all_problems_are_reported_in_the_order_of_the_file)
 {
     static const char text[] = "mechanism: m\nbodies:\n  a: {joint: R q, mass: 1 m}\n"
                                "  b: {parent: c, jiont: T x, mass: -1}\nsimulation: {dt: -1}\n";
@@ -113,7 +113,7 @@ START_TEST(a_problem_is_one_line_whatever_stands_in_the_file)
 }
 END_TEST
 
-START_TEST(no_more_than_fifty_problems_are_told)
+START_TEST(at_most_fifty_problems_are_reported)
 {
     char text[6000] = "mechanism: m\nbodies: {a: {joint: T x, mass: 1}}\n";
     mechanism *m = NULL;
@@ -166,9 +166,9 @@ void hostile_cases(Suite *suite)
     tcase_set_timeout(tc, 60.0);
     tcase_add_test(tc, text_that_is_no_plain_yaml_is_refused);
     tcase_add_test(tc, depth_width_and_size_are_capped);
-    tcase_add_test(tc, all_problems_are_told_in_the_order_of_the_file);
+    tcase_add_test(tc, all_problems_are_reported_in_the_order_of_the_file);
     tcase_add_test(tc, a_problem_is_one_line_whatever_stands_in_the_file);
-    tcase_add_test(tc, no_more_than_fifty_problems_are_told);
+    tcase_add_test(tc, at_most_fifty_problems_are_reported);
     tcase_add_test(tc, damaged_files_are_refused_or_read_but_never_crash);
     suite_add_tcase(suite, tc);
 }

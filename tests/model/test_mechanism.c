@@ -109,7 +109,7 @@ START_TEST(a_german_locale_changes_no_number)
 }
 END_TEST
 
-START_TEST(what_is_no_number_in_the_expected_unit_is_refused)
+START_TEST(values_without_the_expected_unit_are_refused)
 {
     static const struct {
         const char *text, *unit, *words;
@@ -546,7 +546,7 @@ START_TEST(the_regulation_names_parameters_with_their_ranges)
 }
 END_TEST
 
-START_TEST(what_the_file_says_in_words_is_kept)
+START_TEST(texts_of_the_file_are_kept)
 {
     mechanism *m = read_ok(good, NULL, 0);
 
@@ -562,7 +562,7 @@ START_TEST(what_the_file_says_in_words_is_kept)
 }
 END_TEST
 
-START_TEST(what_stands_in_no_file_has_a_default)
+START_TEST(absent_sections_have_defaults)
 {
     mechanism *m = read_ok("mechanism: a\nbodies: {b: {joint: T -z, mass: 1.7}}\n", NULL, 0);
 
@@ -613,7 +613,7 @@ Suite *mechanism_suite(void)
     tcase_set_timeout(tc, 30.0);
     tcase_add_test(tc, a_unit_gives_the_same_bits_as_the_number_in_si);
     tcase_add_test(tc, a_german_locale_changes_no_number);
-    tcase_add_test(tc, what_is_no_number_in_the_expected_unit_is_refused);
+    tcase_add_test(tc, values_without_the_expected_unit_are_refused);
     tcase_add_test(tc, a_unit_text_gives_dimension_and_factor);
     tcase_add_test(tc, parents_come_first_and_references_are_indices);
     tcase_add_test(tc, a_literal_zero_of_the_geometry_vanishes_and_one_of_a_law_stays);
@@ -632,8 +632,8 @@ Suite *mechanism_suite(void)
     tcase_add_test(tc, an_override_of_a_structural_zero_makes_a_parameter_and_back);
     tcase_add_test(tc, the_same_file_gives_the_same_hash_and_another_one_another);
     tcase_add_test(tc, the_regulation_names_parameters_with_their_ranges);
-    tcase_add_test(tc, what_the_file_says_in_words_is_kept);
-    tcase_add_test(tc, what_stands_in_no_file_has_a_default);
+    tcase_add_test(tc, texts_of_the_file_are_kept);
+    tcase_add_test(tc, absent_sections_have_defaults);
     tcase_add_test(tc, a_file_that_cannot_be_read_is_an_error_of_its_own);
     tcase_add_test(tc, every_model_of_the_project_is_valid);
     suite_add_tcase(suite, tc);

@@ -90,7 +90,7 @@ START_TEST(both_pieces_together_are_the_whole)
 }
 END_TEST
 
-START_TEST(what_is_left_follows_the_whole)
+START_TEST(the_rest_follows_the_whole)
 {
     static const char *const set[] = {"link.mass=1.07 kg", "link.centre.x=0.27 m",
                                       "link.inertia.yy=0.071", "tool.at.z=0.03 m"};
@@ -236,7 +236,7 @@ START_TEST(a_link_pulls_along_the_slope_of_its_length)
 }
 END_TEST
 
-START_TEST(what_cannot_be_a_part_is_refused)
+START_TEST(impossible_parts_are_refused)
 {
     static const refusal r[] = {
         {"    joint: R -y\n    at: key.kapsel\n    mass: 3.31 g",
@@ -252,7 +252,7 @@ START_TEST(what_cannot_be_a_part_is_refused)
     const char *at = strstr(text, "3.31 g");
     memcpy((char *)at, "91.2 g", 6);
     refuse_text(text, strlen(text), NULL, 0, "part_of: key",
-                "the mass of key is not larger than that of its part hammer");
+                "the mass of key is not larger than the mass of its part hammer");
     free(text);
     text =
         changed("  pawl:\n    joint: R -y\n    at: [-123 mm, 0, -33.1 mm]\n",
@@ -303,7 +303,7 @@ END_TEST
     "1e3 N/m}}\n"                                                                                  \
     "simulation: {dt: 1 ms, until: 2 s}\n"
 
-START_TEST(what_hangs_on_fixed_bodies_moves_as_on_what_carries_them)
+START_TEST(children_of_fixed_bodies_move_as_children_of_the_moving_body)
 {
     static const char *const file[] = {
         ON_FIXED(
@@ -342,7 +342,7 @@ START_TEST(what_hangs_on_fixed_bodies_moves_as_on_what_carries_them)
 }
 END_TEST
 
-START_TEST(what_a_fixed_body_has_not_is_refused)
+START_TEST(keys_that_a_fixed_body_lacks_are_refused)
 {
     static const struct {
         const char *from, *to, *words;
@@ -377,14 +377,14 @@ Suite *parts_suite(void)
     TCase *tc = tcase_create("parts");
     tcase_set_timeout(tc, 60);
     tcase_add_test(tc, both_pieces_together_are_the_whole);
-    tcase_add_test(tc, what_is_left_follows_the_whole);
+    tcase_add_test(tc, the_rest_follows_the_whole);
     tcase_add_test(tc, the_numbers_of_the_whole_stay_parameters);
     tcase_add_loop_test(tc, speeds_of_points_are_the_slopes_of_their_places, 0, 2);
     tcase_add_test(tc, a_link_pulls_along_the_slope_of_its_length);
-    tcase_add_test(tc, what_cannot_be_a_part_is_refused);
+    tcase_add_test(tc, impossible_parts_are_refused);
     tcase_add_test(tc, a_fixed_body_weighs_as_one_whose_joint_rests);
-    tcase_add_test(tc, what_hangs_on_fixed_bodies_moves_as_on_what_carries_them);
-    tcase_add_test(tc, what_a_fixed_body_has_not_is_refused);
+    tcase_add_test(tc, children_of_fixed_bodies_move_as_children_of_the_moving_body);
+    tcase_add_test(tc, keys_that_a_fixed_body_lacks_are_refused);
     suite_add_tcase(suite, tc);
     return suite;
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_ranges.c - what a parameter can be: the file's reader, the generated tables and every way to
- * set a number know the same ranges, and a refusal changes nothing.
+ * test_ranges.c - what a parameter can be: the reader of files, the generated tables and every
+ * function that sets a number use the same ranges, and a refusal changes nothing.
  */
 #include <string.h>
 
@@ -14,7 +14,7 @@ static stein_range range_of(const stein_model *m, const char *name)
     return m->params[i].range;
 }
 
-START_TEST(equations_say_what_their_parameters_can_be)
+START_TEST(equations_contain_the_ranges_of_their_parameters)
 {
     const stein_model *m = &stein_model_stein1788;
     ck_assert_int_eq(range_of(m, "hammer.mass"), STEIN_NOT_NEGATIVE);
@@ -70,7 +70,7 @@ static void refuses(stein_sim *sim, const stein_param *p, int i, double wrong, d
     }
 }
 
-START_TEST(what_is_out_of_range_is_refused_by_name_and_nothing_changes)
+START_TEST(a_value_out_of_range_is_refused_by_name_and_nothing_changes)
 {
     static const double no_number[] = {NAN, HUGE_VAL, -HUGE_VAL};
     int ranged = 0;
@@ -111,7 +111,7 @@ START_TEST(the_least_that_is_allowed_is_taken)
 }
 END_TEST
 
-START_TEST(who_searches_may_try_what_is_no_physics_but_is_a_number)
+START_TEST(a_search_may_try_any_finite_number)
 {
     const stein_model *m = &stein_model_stein1788;
     stein_sim *sim = make_sim(m, STEIN_RK4, 0.0);
@@ -136,7 +136,7 @@ START_TEST(who_searches_may_try_what_is_no_physics_but_is_a_number)
 }
 END_TEST
 
-START_TEST(what_is_handed_over_is_judged_where_it_is_published)
+START_TEST(handed_over_values_are_checked_when_published)
 {
     const stein_model *m = &stein_model_stein1788;
     stein_sim *sim = make_sim(m, STEIN_RK4, 0.0);
@@ -178,7 +178,7 @@ END_TEST
 
 /* a declared number that stands for a mass and for a speed has to be both; one in a formula is free
  */
-START_TEST(a_declared_parameter_has_the_range_of_what_it_stands_for)
+START_TEST(a_declared_parameter_has_the_range_of_its_uses)
 {
     static const char text[] = "mechanism: m\n"
                                "parameters:\n"
@@ -259,7 +259,7 @@ START_TEST(inertias_that_no_body_has_are_refused_taken_or_balanced)
     mechanism *m = read_wheel("", "0.1", "accept", &t);
     ck_assert_ptr_nonnull(m);
     ck_assert_int_eq(t.n, 1);
-    check_told(&t, "the inertia of wheel is taken as it is");
+    check_told(&t, "the inertia of wheel is accepted");
     ck_assert(m->bodies[0].inertia[1].value == 0.8 && m->bodies[1].inertia[0].value == 0.4);
     mech_free(m);
 
@@ -277,7 +277,7 @@ START_TEST(inertias_that_no_body_has_are_refused_taken_or_balanced)
 }
 END_TEST
 
-START_TEST(what_cannot_be_done_about_an_inertia_is_told)
+START_TEST(an_impossible_treatment_of_an_inertia_is_reported)
 {
     told t;
     ck_assert_ptr_null(read_wheel("inertia: ignore\n", "0.1", NULL, &t));
@@ -296,15 +296,15 @@ Suite *ranges_suite(void)
     Suite *suite = suite_create("ranges");
     TCase *tc = tcase_create("ranges");
     tcase_set_timeout(tc, 60);
-    tcase_add_test(tc, equations_say_what_their_parameters_can_be);
-    tcase_add_test(tc, what_is_out_of_range_is_refused_by_name_and_nothing_changes);
+    tcase_add_test(tc, equations_contain_the_ranges_of_their_parameters);
+    tcase_add_test(tc, a_value_out_of_range_is_refused_by_name_and_nothing_changes);
     tcase_add_test(tc, the_least_that_is_allowed_is_taken);
-    tcase_add_test(tc, who_searches_may_try_what_is_no_physics_but_is_a_number);
-    tcase_add_test(tc, what_is_handed_over_is_judged_where_it_is_published);
+    tcase_add_test(tc, a_search_may_try_any_finite_number);
+    tcase_add_test(tc, handed_over_values_are_checked_when_published);
     tcase_add_test(tc, a_model_with_a_value_out_of_range_makes_no_simulation);
-    tcase_add_test(tc, a_declared_parameter_has_the_range_of_what_it_stands_for);
+    tcase_add_test(tc, a_declared_parameter_has_the_range_of_its_uses);
     tcase_add_test(tc, inertias_that_no_body_has_are_refused_taken_or_balanced);
-    tcase_add_test(tc, what_cannot_be_done_about_an_inertia_is_told);
+    tcase_add_test(tc, an_impossible_treatment_of_an_inertia_is_reported);
     suite_add_tcase(suite, tc);
     return suite;
 }

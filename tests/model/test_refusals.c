@@ -2,8 +2,8 @@
  * test_refusals.c - every refusal of the mechanism reader, by the place and the words of its
  * message.
  *
- * Tables of changes to one good file. Every change must give exactly one problem, so that no
- * mistake is told twice, at the line and column of a given piece of the changed text.
+ * Tables of changes to one good file. Every change must give exactly one problem, at the line and
+ * column of a given piece of the changed text. So no mistake is reported twice.
  */
 #include <stdlib.h>
 #include <string.h>
@@ -38,7 +38,7 @@ START_TEST(an_unknown_key_is_named_with_the_one_that_was_meant)
 }
 END_TEST
 
-START_TEST(a_missing_key_is_named_at_what_lacks_it)
+START_TEST(a_missing_key_is_named_at_its_mapping)
 {
     static const refusal r[] = {
         {"mechanism: demo\n", "", "gravity", "the file lacks \"mechanism\""},
@@ -184,7 +184,7 @@ START_TEST(formulas_that_refer_to_each_other_in_a_ring_are_refused)
 }
 END_TEST
 
-/** A body whose mass is the end of a chain of n formulas, in the arena of the caller. */
+/** A body with a mass at the end of a chain of n formulas, in the arena of the caller. */
 static void chain(char *text, size_t size, int n)
 {
     snprintf(text, size,
@@ -211,7 +211,7 @@ START_TEST(a_chain_of_formulas_is_followed_until_it_is_too_long)
 }
 END_TEST
 
-START_TEST(a_formula_has_limits_that_are_told)
+START_TEST(limits_of_formulas_are_reported)
 {
     static const refusal r[] = {
         {"radius: 1.9 mm", "radius: ((((((((((((((((((((((((((((((((((1 mm", "((1 mm",
@@ -273,7 +273,7 @@ START_TEST(a_name_used_twice_is_refused)
 {
     static const refusal r[] = {
         {"    mass: 3.9 g\n", "    mass: 3.9 g\n    mass: 4.1 g\n", "mass: 4.1 g",
-         "the key \"mass\" stands twice, first in line 29"},
+         "the key \"mass\" appears twice, first in line 29"},
         {"  pawl.stop_shift: 0.31 mm", "  pawl.stop_shift: 0.31 mm\n  key.mass: 3 g", "key.mass: 3",
          "the parameter \"key.mass\" has the name of another number"},
         {"  pawl.stop_shift: 0.31 mm", "  pawl.stop_shift: 0.31 mm\n  key.centre.y: {value: 0 mm}",
@@ -399,7 +399,7 @@ START_TEST(contacts_that_cannot_be_are_refused)
         refuse_all(&r[i], 1);
     }
 
-    /* a notch of a body that leaves the plane is told; its other contacts are in space then */
+    /* a notch of a body that leaves the plane is refused; its other contacts are in space then */
     char *text = changed(r[0].from, r[0].to);
     mechanism *m = NULL;
     log_t log = {"", 0};
@@ -461,7 +461,7 @@ START_TEST(an_inertia_that_no_body_can_have_is_refused)
     judge_inertia("  a: {joint: R y, mass: 1, centre: [0.1, 0, 0], pendulum: {frequency: 2 Hz}}\n",
                   "{frequency", "negative"); /* faster than a point mass at that distance */
     judge_inertia("  a: {joint: R y, mass: 1, pendulum: {frequency: 1}}\n", "{frequency",
-                  "centre lies on its joint");
+                  "its centre on its joint");
     judge_inertia("  a: {joint: R x, mass: 1, centre: [0, 1, 0], pendulum: {frequency: 0.1}}\n",
                   "pendulum", "needs a joint about y");
     judge_inertia("  a: {joint: R y, mass: 1, inertia: {yy: 1}, pendulum: {frequency: 1}}\n",
@@ -533,12 +533,12 @@ void refusal_cases(Suite *suite)
 
     tcase_set_timeout(tc, 60.0);
     tcase_add_test(tc, an_unknown_key_is_named_with_the_one_that_was_meant);
-    tcase_add_test(tc, a_missing_key_is_named_at_what_lacks_it);
+    tcase_add_test(tc, a_missing_key_is_named_at_its_mapping);
     tcase_add_test(tc, a_number_of_the_wrong_kind_is_refused);
     tcase_add_test(tc, a_formula_that_makes_no_sense_is_refused);
     tcase_add_test(tc, formulas_that_refer_to_each_other_in_a_ring_are_refused);
     tcase_add_test(tc, a_chain_of_formulas_is_followed_until_it_is_too_long);
-    tcase_add_test(tc, a_formula_has_limits_that_are_told);
+    tcase_add_test(tc, limits_of_formulas_are_reported);
     tcase_add_test(tc, a_bad_name_is_refused);
     tcase_add_test(tc, a_name_used_twice_is_refused);
     tcase_add_test(tc, a_reference_to_nothing_is_refused);

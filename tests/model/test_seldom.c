@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_seldom.c - what files seldom hold: mistakes that nobody makes twice, forms that few use,
- * ends of files and limits of sizes. Each is either read as it is meant or refused by file, line
- * and field.
+ * test_seldom.c - what files seldom hold: rare mistakes, rare forms, ends of files and limits of
+ * sizes. Each is either read correctly or refused by file, line and field.
  */
 #include "data_support.h"
 #include "mechanism_cases.h"
@@ -50,7 +49,7 @@ START_TEST(rare_mistakes_of_a_mechanism_are_refused_with_their_place)
 }
 END_TEST
 
-START_TEST(what_is_no_mapping_or_has_no_place_is_refused)
+START_TEST(an_entry_that_is_no_mapping_or_has_no_place_is_refused)
 {
     static const refusal whole[] = {
         {NULL, "mechanism: m\nparameters: 3\nbodies: {b: {joint: T z, mass: 1 kg}}\n", "3\n",
@@ -68,7 +67,7 @@ START_TEST(what_is_no_mapping_or_has_no_place_is_refused)
 END_TEST
 
 /* names are cut between letters, what cannot be printed is a question mark */
-START_TEST(what_is_shown_of_a_file_is_short_and_can_be_read)
+START_TEST(quotes_of_a_file_are_short_and_printable)
 {
     char name[200], expected[200], text[600];
     memset(name, 'a', 59);
@@ -103,9 +102,9 @@ START_TEST(a_mechanism_has_no_more_points_than_it_can)
 }
 END_TEST
 
-/* parts of parts, each with a formula of its own: the rest of the whole is longer than can be kept
+/* parts of parts, each with its own formula: the rest of the whole is longer than can be kept
  */
-START_TEST(what_is_left_of_a_body_may_be_too_long_a_formula)
+START_TEST(the_rest_of_a_body_may_be_too_long_a_formula)
 {
     char sum[3000] = "2 kg", text[9000];
     for (int i = 0; i < 127; i++) {
@@ -225,7 +224,7 @@ START_TEST(rare_mistakes_of_data_are_refused_with_their_place)
 }
 END_TEST
 
-START_TEST(what_is_too_long_in_data_is_refused_with_its_place)
+START_TEST(too_long_data_are_refused_with_their_place)
 {
     static char text[300000];
     size_t n = (size_t)snprintf(text, sizeof text, HEAD "0,1\n1,");
@@ -278,7 +277,7 @@ static void keep_line(void *ctx, const char *line)
     hear(ctx, line);
 }
 
-START_TEST(a_record_that_moves_from_the_beginning_is_told)
+START_TEST(a_record_that_moves_from_the_beginning_is_reported)
 {
     camera c = camera_default(61);
     c.from = 0.0575; // in the middle of the stroke
@@ -308,7 +307,7 @@ START_TEST(a_record_that_moves_from_the_beginning_is_told)
 }
 END_TEST
 
-START_TEST(the_audit_tells_rests_and_the_first_motion)
+START_TEST(the_audit_finds_rests_and_the_first_motion)
 {
     lab_data *d =
         open_data(film("whole.csv", "", camera_default(62), NULL), &stein_model_stein1788);
@@ -353,7 +352,7 @@ static void merge_refused(const char *const *path, int n, stein_status expected,
     ck_assert_ptr_null(table);
 }
 
-START_TEST(what_cannot_be_merged_is_named)
+START_TEST(journals_that_cannot_be_merged_are_named)
 {
     char *one = write_journal("one", sweep_head), *other = write_journal("other", other_head);
     merge_refused(&(const char *){folder}, 1, STEIN_EIO, "cannot be read: Is a directory");
@@ -398,20 +397,20 @@ Suite *seldom_suite(void)
     tcase_add_checked_fixture(tc, make_folder, remove_folder);
     tcase_set_timeout(tc, 60.0);
     tcase_add_test(tc, rare_mistakes_of_a_mechanism_are_refused_with_their_place);
-    tcase_add_test(tc, what_is_no_mapping_or_has_no_place_is_refused);
-    tcase_add_test(tc, what_is_shown_of_a_file_is_short_and_can_be_read);
+    tcase_add_test(tc, an_entry_that_is_no_mapping_or_has_no_place_is_refused);
+    tcase_add_test(tc, quotes_of_a_file_are_short_and_printable);
     tcase_add_test(tc, a_mechanism_has_no_more_points_than_it_can);
-    tcase_add_test(tc, what_is_left_of_a_body_may_be_too_long_a_formula);
+    tcase_add_test(tc, the_rest_of_a_body_may_be_too_long_a_formula);
     tcase_add_test(tc, a_tolerance_may_be_written_with_its_sign);
     tcase_add_test(tc, a_pendulum_test_may_have_been_made_elsewhere);
     tcase_add_test(tc, a_sliding_joint_has_tables_of_forces);
     tcase_add_test(tc, an_input_can_be_read_in_its_own_unit);
     tcase_add_test(tc, rare_mistakes_of_data_are_refused_with_their_place);
-    tcase_add_test(tc, what_is_too_long_in_data_is_refused_with_its_place);
+    tcase_add_test(tc, too_long_data_are_refused_with_their_place);
     tcase_add_test(tc, rare_forms_of_numbers_are_read);
-    tcase_add_test(tc, a_record_that_moves_from_the_beginning_is_told);
-    tcase_add_test(tc, the_audit_tells_rests_and_the_first_motion);
-    tcase_add_test(tc, what_cannot_be_merged_is_named);
+    tcase_add_test(tc, a_record_that_moves_from_the_beginning_is_reported);
+    tcase_add_test(tc, the_audit_finds_rests_and_the_first_motion);
+    tcase_add_test(tc, journals_that_cannot_be_merged_are_named);
     tcase_add_test(tc, a_journal_that_cannot_be_written_is_named);
     suite_add_tcase(suite, tc);
     return suite;

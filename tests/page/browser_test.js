@@ -306,7 +306,8 @@ async function aFinger(b) {
   await b.until(`${last}.over`);
 }
 
-/* what is neither key nor hammer: it starts, moves or waits, turns its dials, and is told apart */
+/* what is neither key nor hammer: it starts, moves or waits, turns its dials, and has its own
+ * title */
 async function another(b, page) {
   const name = path.basename(page, ".html");
   await b.call("Page.navigate", { url: address(page) });

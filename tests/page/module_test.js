@@ -22,7 +22,7 @@ function theFile() {
   claim(`${name}: no mark of a part is left`, !/^@\w+@$/m.test(page.html));
 }
 
-/* every number of the file's regulation has its dial, and nothing else has one */
+/* exactly the numbers of the file's regulation have a dial */
 function theRegulation() {
   const wanted = JSON.parse(fs.readFileSync(facts, "utf8")).regulation;
   const row = (d) => [d.name, d.label, d.from, d.to].join();
@@ -39,7 +39,7 @@ function theModule() {
         wanted.sort().join() === found.sort().join(), found);
 }
 
-/* gaps as the page draws them against those of the contacts' equations, along a motion */
+/* gaps in the drawing against gaps by the contacts' equations, along a motion */
 function theDrawing(engine) {
   const g = page.Geometry.create(model);
   const gaps = model.channels.map((c, i) => ({ ...c, i }))

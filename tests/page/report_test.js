@@ -7,7 +7,7 @@ const path = require("path");
 const { open } = require("./browser.js");
 const { claim, count } = require("./page_file.js");
 
-/* text elements whose contrast with what lies behind them is below 4.5 (WCAG AA) */
+/* text elements with a contrast below 4.5 (WCAG AA) */
 const faint = `(() => {
   const parse = (c) => (c.match(/[\\d.]+/g) || []).map(Number);
   const light = (c) => { const f = (v) => (v /= 255) <= 0.03928 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4;
@@ -42,7 +42,7 @@ async function main([program, file]) {
   claim("the first screen has verdict, size, error, rivals, remainder and next step", await b.evaluate(
     "document.querySelectorAll('header .card').length >= 5 && " +
     "document.querySelector('header .card:last-child').getBoundingClientRect().bottom < 900"));
-  claim("a strip of a picture tells its values",
+  claim("a strip of a picture shows its values",
         await b.evaluate("/measured .*after /.test(document.querySelector('.tip title').textContent)"));
   claim("pictures have names", await b.evaluate(
     "[...document.querySelectorAll('svg[role=img]')].every((s) => s.getAttribute('aria-label'))"));

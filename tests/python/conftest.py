@@ -28,7 +28,7 @@ def command(*words, code=0):
 
 
 def python(text, *words, **environment):
-    """Standard output of a Python of its own."""
+    """Standard output of a separate Python process."""
     done = subprocess.run([sys.executable, "-c", text, *words], capture_output=True, text=True, check=False,
                           env={**os.environ, "PYTHONPATH": os.path.join(BUILD, "python"),
                                **environment})

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What docs/python.md, README.md and the examples show, runs; types are those of the module."""
+"""What docs/python.md, README.md and the examples show, runs; types agree with the module."""
 import importlib.util
 import inspect
 import os
@@ -92,7 +92,7 @@ def test_a_type_checker_finds_the_types_to_be_those_of_the_module(tmp_path):
         [sys.executable, "-m", "mypy.stubtest", "stein", "--ignore-missing-stub", "--concise",
          "--mypy-config-file", "mypy.ini"], cwd=tmp_path, capture_output=True, text=True, check=False,
         env={**os.environ, "PYTHONPATH": os.path.join(BUILD, "python")})
-    told = done.stdout.splitlines()  # of what is private only what it imports is told of
+    told = done.stdout.splitlines()  # of private modules only the imports are checked
     assert [line for line in told if not line.startswith("stein._")] == []
 
 

@@ -39,7 +39,7 @@ def test_a_sweep_is_the_table_of_the_command(tmp_path):
     assert numpy.array_equal(short["pawl.stop_shift"], shifts)
     point = m.copy()
     point["pawl.stop_shift"] = shifts[1]
-    # the sweep takes steps of the error that the file tells, the stroke those of its dt
+    # the sweep takes steps by the file's tolerance, the stroke steps of its dt
     assert point.strike().impact_speed == pytest.approx(short["impact_speed"][1], rel=1e-6)
 
 

@@ -2,7 +2,7 @@
  * camera.c - one film as a CSV file of measured data: pixels, noise, missing frames.
  *
  * Half a pixel of gaussian noise, then rounding to whole pixels. One frame in 200 is lost (no row),
- * one marker in 200 not found (empty cell). A file tells what an experimenter knows: regulation,
+ * one marker in 200 not found (empty cell). A file states an experimenter's knowledge: regulation,
  * load, noise of the camera, that the trigger runs by itself. A recorded input stands beside: the
  * finger's force (2 mN of noise) or the prescribed motion, both on the camera's clock.
  */

@@ -54,8 +54,8 @@ typedef struct numbers {
     double common[MAX_COMMON], own[OWN];
 } numbers;
 
-/* one column by films 0.1 sd to both sides: one-sided ones lead a refit beside its end. Where the
- * refit is on its way (f: the film there) they do, and cost half. */
+/* one column by films 0.1 sd to both sides: with one-sided ones a refit ends beside its minimum.
+ * Where the refit is on its way (f: the film there) they do, and cost half. */
 static int difference(const refit *r, const block *b, numbers at, int k, const film *f, double *out)
 {
     const double by = f != NULL ? 0.02 : 0.1;

@@ -7,8 +7,8 @@
  * is in question the load is 5 g (less than the key's own return) and a finger's force or a
  * prescribed motion plays.
  *
- * A set of twins is made as people do it who have one regulation and one load: all eighteen strokes
- * are the same one. What only another load or another way of the stop would tell apart is not told.
+ * A set of twins is made with one regulation and one load: all eighteen strokes are the same one.
+ * Effects that only another load or another position of the stop would separate are not separated.
  *
  * Truth: every number that has a tolerance in the file is off by a normal deviate of that
  * tolerance, at most two of them and at most 10 %. Scatter: one factor a stroke on all joint

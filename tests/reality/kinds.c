@@ -246,7 +246,7 @@ const effect_kind effect_kinds[] = {
      "1",
      {0.2, 0.0, 0.0},
      {{0}},
-     "mass of the load is (1 + error) times what is told"},
+     "mass of the load is (1 + error) times the stated value"},
     {"input_gain",
      "input",
      "finger key_motion",

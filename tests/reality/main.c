@@ -269,7 +269,7 @@ static int choose_touch(const options *o, const mechanism *m, gsl_rng *rng)
     return needs > 0 ? needs : o->kind != NULL ? 0 : touch;
 }
 
-/* a wrong number that is within what its maker says about it is none */
+/* a wrong number within its stated tolerance is none */
 static int within_tolerance(const world *w, const effect *e)
 {
     int own = effect_own_parameter(e, w->m);
@@ -287,7 +287,7 @@ static void note_redrawn(answer *a, const effect *e, const char *why)
     }
 }
 
-/* a second effect: a missing one elsewhere, of the same size were it alone */
+/* a second effect: a missing one at another place, of the same size as alone */
 static int hide_second(const options *o, world *w, answer *a, refit *r, gsl_rng *rng)
 {
     options any = *o;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * next.c - a stroke that somebody asks for, filmed in the same laboratory: numbers of the file set
- * (a load, the stop, a heavier body, no string, no wire), an input driven (rise, there_and_back),
- * another rate, one marker more. What this laboratory has not is refused in one line.
+ * next.c - a requested stroke, filmed in the same laboratory: numbers of the file set (a load, the
+ * stop, a heavier body, no string, no wire), an input driven (rise, there_and_back), another rate,
+ * one marker more. What this laboratory has not is refused in one line.
  */
 #include <gsl/gsl_randist.h>
 #include <math.h>
@@ -81,7 +81,7 @@ static int take_drive(const char *text, setting *s)
     return s->touch_back || strcmp(shape, "rise") == 0 ? 0 : refuse("no such shape: ", shape);
 }
 
-/* what differs from stroke to stroke; markers that were set anew */
+/* what differs from stroke to stroke; markers that were placed again */
 static void scatter(const design *d, setting *s, gsl_rng *rng)
 {
     design_differ(d, s, rng);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * outside.c - laws that are in no table of effects, written nowhere but here; and what the strokes
- * see of them, for whoever compares a recovered law.
+ * outside.c - laws that are in no table of effects, written nowhere but here; and their visible
+ * range in the strokes, for the comparison with a recovered law.
  *
  *   torque_bump       joint, over its position:    T exp(-((q - q0)/width)^2)
  *   felt_hump         contact, over its depth:     + F u^4 exp(2 - 2 u^2), u = x/x0, largest at x0
@@ -86,7 +86,7 @@ const char *outside_limit(const effect *e)
     return is(e, "relaxing_contact") ? "contact_stiffness" : NULL;
 }
 
-/* what a draw says in shares, in units */
+/* shares of a draw, in units */
 void outside_sides(effect *e)
 {
     if (is(e, "torque_bump")) {
@@ -150,7 +150,7 @@ double outside_memory_at_rest(const action *a)
                                                                                              : 0.0;
 }
 
-/* ---- what the strokes see of it ---- */
+/* ---- its visible range in the strokes ---- */
 
 void visits_add(visits *v, const visits *more)
 {
@@ -163,7 +163,7 @@ void visits_add(visits *v, const visits *more)
     }
 }
 
-/** The law over what was visited; of what a memory does there is no such curve. */
+/** The law over what was visited; a law with memory has no such curve. */
 void outside_law(const effect *e, const visits *v, known_law *law)
 {
     action a;

@@ -135,7 +135,7 @@ int parts_fill(action *a, const mechanism *m, const double *p)
     return s.missing;
 }
 
-/* mass, first and second moments about the common origin are those of the whole */
+/* mass, first and second moments about the common origin equal the whole's */
 piece piece_rest(piece whole, piece part)
 {
     piece r;

@@ -3,7 +3,7 @@
  * that no model file mentions.
  *
  * Nothing here is shared with the library under test but the reader of mechanism files, which gives
- * the numbers by name: equations, contacts, integration and cameras are written anew.
+ * the numbers by name: equations, contacts, integration and cameras are written independently.
  *
  *   parts.c    numbers of the mechanism file -> action      stroke.c   rest, events, one stroke
  *   touch.c    contacts and the notch                       kinds.c    hidden effects: the table
@@ -150,7 +150,7 @@ typedef struct instant instant;
 int parts_fill(action *a, const mechanism *m, const double *p);
 piece piece_rest(piece whole, piece part); /* what is left of a body */
 
-/* touch.c, motion.c (see there) */
+/* touch.c, motion.c */
 enum { MAX_CHAIN = 4 };
 typedef struct segment {
     vec from;    /* the body's point that is the segment's origin */
@@ -186,7 +186,7 @@ static inline double vec_dot(vec a, vec b)
     return a.x * b.x + a.z * b.z;
 }
 
-/** A vector of the segment's axes in those of the frame. */
+/** A vector from the segment's axes to the frame's. */
 static inline vec seg_rotate(const segment *s, vec u)
 {
     return (vec){s->c * u.x - s->s * u.z, s->s * u.x + s->c * u.z};
@@ -289,7 +289,7 @@ const effect_kind *effect_find(const char *name);
 /** The n-th place of a kind. @return 0 when there are fewer */
 int effect_nth_place(const effect_kind *kind, int n, char place[MECH_PATH]);
 int effect_has_place(const effect_kind *kind, const char *place);
-/** Place (NULL: drawn) and further parameters. @return 0, or -1 when there is no such place */
+/** Place (NULL: drawn) and further parameters. @return 0, or -1 for an impossible place */
 int effect_draw(effect *e, const effect_kind *kind, const char *place, const mechanism *m,
                 gsl_rng *rng);
 double effect_size(const effect *e); /* in its unit */
@@ -403,20 +403,20 @@ void refit_free(refit *r);
  *  @return 0, -1: it cannot be simulated */
 int refit_beside(refit *r, const effect *e);
 /** RMS change [noise of a sample] of the channel that shows the effect most, after refitting. The
- *  refit begins where the one that was kept ends, in proportion. Sizes from a quarter to three
+ *  refit begins at the end of the stored one, in proportion. Sizes from a quarter to three
  * times `target` are good, others show only that they are less or more. @return 0, -1: not
  * simulated */
 int refit_size(refit *r, const effect *e, double target, double *size);
 /** The same before refitting. */
 int refit_raw(refit *r, const effect *e, double *size);
-/** Is a size so far beyond the one that is wanted that it says nothing but that? */
+/** Is a size so far beyond the wanted one that its value has no further information? */
 int refit_is_lost(double size, double target);
 /** The last refit, of effect e, is where others begin. */
 void refit_keep(refit *r, const effect *e);
 /** The next effect is another one: nothing is kept, columns of the true parameters. */
 void refit_forget(refit *r);
 /** The size of the last refit after one more step by a dense least-squares problem (gsl_multifit),
- *  without algebra of its own: slow, for checking. */
+ *  without own algebra: slow, for checking. */
 int refit_size_dense(const refit *r, double *size);
 
 /* scale.c */
@@ -429,7 +429,7 @@ int camera_write(const char *path, const world *w, const design *d, const settin
                  visits *seen);
 
 /* next.c */
-/** A stroke that somebody asks for, by the words of the command line. */
+/** A requested stroke, by the words of the command line. */
 typedef struct asked {
     const char *set[OVERRIDES + 2]; /* NAME=VALUE in SI */
     int nset;

@@ -16,21 +16,21 @@
  *   u = argmin |r|^2 + |u|^2 ,   r = films(effect) - films(moved by u) ,     size = RMS(r)
  *
  * taken over the channel where it is largest. An effect that looks like a parameter moves the films
- * by hundreds of noises before the refit and bends them; a stroke that lands on the other side of
- * an event asks for numbers that nothing could have: one linear step from the truth goes astray by
- * hundreds of standard deviations and calls the rest a size. So the refit follows the effect as it
- * grows (scale.c). It begins where that of a smaller amount has ended, in proportion, and its steps
- * are as long as they lead down (Levenberg and Marquardt):
+ * by hundreds of noises before the refit and bends them; a stroke on the other side of an event
+ * leads to impossible numbers: one linear step from the truth goes astray by hundreds of standard
+ * deviations and calls the rest a size. So the refit follows the effect as it grows (scale.c). It
+ * begins where that of a smaller amount has ended, in proportion, and its steps are as long as they
+ * lead down (Levenberg and Marquardt):
  *
  *   (X'X + 1 + lambda diag X'X) du = X' r - u
  *
  * with X taken anew where the numbers have moved by more than half a standard deviation.
- * A law that is in no table may be one that is, where the strokes go: a contact that has relaxed
- * once and for all is a softer one. That one is refitted, too (known), so that what remains is
- * outside of the table.
+ * A law that is in no table may equal one of the table in the range of the strokes: a contact that
+ * has relaxed once and for all is a softer one. That one is refitted, too (known), so that what
+ * remains is outside of the table.
  *
- * `Everything else`: the effect's own parameter, when it has one, is not refitted - neither are the
- * drive under a wrong load or input, the friction of contacts under a wrong friction, a marker's
+ * `Everything else`: The effect's own parameter is not refitted, if it has one. Nor are the drive
+ * under a wrong load or input, the friction of contacts under a wrong friction, and a marker's
  * offset under a wrong offset.
  */
 #include <gsl/gsl_linalg.h>
@@ -47,7 +47,7 @@ static const double accurate_enough = 1e-8;
 static const double settled = 0.02; /* a step that takes less off the objective is the last one */
 static const double shortest = 1e4; /* lambda */
 static const double strayed = 0.5;  /* prior sd from where the columns are */
-static const double near = 0.25;    /* sizes from so much of the one that is wanted */
+static const double near = 0.25;    /* sizes from this share of the wanted one */
 static const double lost = 3.0;     /* to so much are worth new columns */
 static const double worth = 0.9;    /* new columns that leave more of the objective are the last */
 
@@ -285,7 +285,7 @@ static int descend(refit *r, double *objective_here)
             last = there > (1.0 - settled) * here && lambda < 1.0;
             lambda = lambda > 1e-2 ? 0.1 * lambda : 0.0;
             here = there;
-        } else { // it led nowhere: as it was
+        } else { // it led nowhere: unchanged
             memcpy(r->u, u, sizeof *u * unknowns(r));
             memcpy(r->r, r->before, sizeof *r->r * readings);
             lambda = fmax(10.0 * lambda, 1e-2);
@@ -297,8 +297,9 @@ static int descend(refit *r, double *objective_here)
     return status;
 }
 
-/* the refit begins where that of the amount below ended, in proportion, or where nothing is moved
- * if that is nearer; @return the objective there, infinite if neither can be simulated */
+/* the refit begins at the end of the refit of the next smaller amount, in proportion, or with
+ * nothing moved if that is nearer; @return the objective there, infinite if neither can be
+ * simulated */
 static double begin(refit *r, double amount)
 {
     size_t readings = (size_t)FIT * (size_t)r->rows;

@@ -30,7 +30,7 @@ typedef struct block {
     film shown;      /* the same with the effect in question */
     columns first;   /* at the true parameters */
     columns renewed; /* where the refit stood; none: {NULL, NULL} */
-    double own[OWN]; /* numbers of its own where the columns are taken, in prior sd */
+    double own[OWN]; /* own numbers at which the columns are computed, in prior sd */
 } block;
 
 struct refit {

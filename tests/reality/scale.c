@@ -2,8 +2,8 @@
  * scale.c - the amount of an effect that has a given size after refitting (refit.c).
  *
  * The amount grows from a twentieth of its limit by at most a factor of four, so that every refit
- * follows the one below it; where it loses its way (a size far beyond what is wanted says nothing
- * but that) it goes back and takes shorter steps.
+ * follows the one below it; where it diverges (a size far beyond the wanted one has no further
+ * information) it goes back and takes shorter steps.
  */
 #include <math.h>
 

@@ -6,9 +6,9 @@
  * flush on the key (gap 0) and let go at t = 0.
  *
  * Motion: Prince & Dormand's pair of order 8 in adaptive steps (local error below `tolerance`,
- * speeds in units of 300 rad/s). Modes are constant within a step. After an accepted step whose end
- * has a guard on the wrong side of its mode the step is repeated from its beginning with shorter
- * lengths until its end is at most 1e-13 s past the first change (Newton from where the step's own
+ * speeds in units of 300 rad/s). Modes are constant within a step. If a guard is on the wrong side
+ * of its mode at the end of an accepted step, the step is repeated from its beginning with shorter
+ * lengths, until its end is at most 1e-13 s past the first change (Newton from where the step's own
  * curve has it; regula falsi and bisection where that fails), the modes are changed, and a new step
  * starts. The record is an even grid, taken from the quintic through positions, speeds and
  * accelerations of a step's ends, and cubic (Hermite) between its points.
@@ -183,7 +183,7 @@ static int rates(double t, const double y[], double dydt[], void *ctx)
     return motion_rates(&e->mo, t, y, dydt, &e->now);
 }
 
-/* y1, dydt1 and the guards there after one step of h: the stepper asks for the rates at its end
+/* y1, dydt1 and the guards there after one step of h: the stepper evaluates the rates at its end
  * last
  */
 static int try_step(engine *e, double h)

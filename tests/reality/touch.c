@@ -64,7 +64,7 @@ static double felt_law(const felt *f, double x, double xdot, double flow)
     return push > 0.0 ? push : 0.0;
 }
 
-/* A meeting of two surfaces: where, its normal on the first, who is pushed. */
+/* A meeting of two surfaces: place, normal on the first, pushed body. */
 typedef struct meeting {
     segment *first, *second; /* second NULL: frame, load or string */
     int lift;                /* coordinate of a pad that moves up and down, or -1 */

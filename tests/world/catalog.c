@@ -22,7 +22,7 @@ static int rod(mech *m, chance *c, const char *name, int parent, double mass, do
     return b;
 }
 
-/* friction that the file knows, of a joint that carries a moment (force) and turns so fast
+/* friction in the file, of a joint that carries a moment (force) and turns so fast
  * @param chance_of  that there is any */
 static void rubbing(mech *m, chance *c, int b, double moment, double speed, double chance_of)
 {

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * design.c - how a set is measured: instruments, records, what differs from one to the next, and
- * what the file says of the numbers.
+ * design.c - how a set is measured: instruments, records, scatter between records, and the numbers
+ * of the file.
  *
- * Drawn wider than a fit may assume: each place has a scatter of its own friction, which also
- * drifts over the recordings; settings are not quite what is written; encoders have steps.
+ * Drawn wider than a fit may assume: the friction of each place scatters, and also drifts over the
+ * recordings; settings are not quite what is written; encoders have steps.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -11,7 +11,7 @@
 
 #include "world.h"
 
-static const double unstated = 0.25; /* errors of numbers whose tolerance is not stated: smaller */
+static const double unstated = 0.25; /* errors of numbers without a stated tolerance: smaller */
 enum { FEWEST = 150, LONGEST = 5000 };
 
 /* ---- numbers of the file ---- */

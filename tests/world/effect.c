@@ -2,8 +2,8 @@
  * effect.c - what can be hidden, by the names of `stein effects`, and laws that are in no table.
  *
  * An effect is a change of true numbers. Its limit follows from the motion: the half range of a
- * joint, the RMS of its speed and the mean moment that accelerates it say how large a friction, a
- * spring or an offset may be before the mechanism is another one.
+ * joint, the RMS of its speed and its mean accelerating moment limit the size of a friction, a
+ * spring or an offset.
  */
 #include <math.h>
 #include <stdio.h>
@@ -190,8 +190,7 @@ static int add_channels(const mech *m, const extent *x, const kind *k, effect *o
                        : k->offset == S_OFFSET ? y
                        : k->offset == S_DELAY  ? 0.05
                                                : 0.5 / fmax(y, 1e-9);
-        // an offset that the file knows of is none that is hidden; what a force is at rest is
-        // nobody's
+        // an offset in the file is not hidden; what a force is at rest is without an owner
         if ((k->offset == S_OFFSET && m->number[m->channel[i].law + S_OFFSET].stated) ||
             (k->offset == S_SQUARE && m->channel[i].read == READ_EFFORT)) {
             continue;
@@ -227,8 +226,8 @@ static int add_links(const mech *m, const kind *k, effect *out, int most)
     return n;
 }
 
-/* compliances: of a link a tenth of a radian, of an axis a slow frequency, of a partner that of the
- * contact itself */
+/* compliances: of a link a tenth of a radian, of an axis a slow frequency, of a partner the
+ * contact's own stiffness */
 static int add_structures(const mech *m, const extent *x, const kind *k, effect *out, int most)
 {
     const double bend = 0.1, slow = 20.0; /* [rad], [rad/s] */

@@ -64,7 +64,7 @@ static int folder_made(const char *path)
 }
 
 /* hide effect number `which` in p, as large as a quarter of its limit, and print it as options of
- * another simulator. @return 0, -1: it is none of a simulation, but of whoever samples; or no such
+ * another simulator. @return 0, -1: it is none of a simulation, but of whoever samples; or none
  */
 static int hide_in(const mech *m, const design *d, double *p, int which, chance *c)
 {
@@ -182,7 +182,7 @@ static int hide(answer *a, sizer *z, int which, double *p, chance *c)
     for (int i = 0; i < REDRAWS && n > 0; i++) {
         effect e = picked(list, n, c);
         effect_sides(&e, a->told, &a->x, c);
-        // numbers of a body that is cut in two are those of its parts
+        // numbers of a body that is cut in two belong to its parts
         int cut = a->e[0].kind != NULL && a->e[0].kind->site == 'x' && strchr("bp", e.kind->site);
         if (which == 1 && (cut || strcmp(e.place, a->e[0].place) == 0)) {
             continue;
@@ -250,7 +250,7 @@ static int write_set(const options *o, const answer *a, chance *c)
     return status == 0 ? write_answer(o->answer, a) : -1;
 }
 
-/* the file describes another mechanism than that of the records */
+/* the file describes another mechanism than the records */
 static int find_other(mech *told, const mech *m, chance *c)
 {
     static design unused;

@@ -8,9 +8,8 @@
  *      h_j  = sum_i m_i Jv_ij . (a_i - g) + Jw_ij . (I_i alpha_i + w_i x I_i w_i)
  *      M qdd + h = Q
  *
- * The columns of a turning joint on the way from the frame to the body are Jw = e, Jv = e x (c -
- * o), those of a sliding one Jw = 0, Jv = e; e is the joint's axis, o its place, c the body's
- * centre.
+ * The columns of a turning joint between the frame and the body are Jw = e, Jv = e x (c - o), of a
+ * sliding one Jw = 0, Jv = e; e is the joint's axis, o its place, c the body's centre.
  */
 #include <math.h>
 #include <string.h>

@@ -3,8 +3,8 @@
  *
  * Time 0 is the first sample; a record may begin in the middle of the motion, `before` seconds
  * after the release. The frame recorded at t was taken at (1 + clock.error) t, and an instrument
- * shows then what was there `delay` earlier; before the release everything stands as it was
- * released. Signals of inputs have the right time.
+ * shows then what was there `delay` earlier; before the release everything is at rest in the
+ * initial state. Signals of inputs have the right time.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -52,7 +52,7 @@ static int release(play *s, const setup *set, state *x)
     return status;
 }
 
-/* what the channels see of a state; of the whole of them where `only` is -1 */
+/* channel values of a state; of the whole of them where `only` is -1 */
 static int look(play *s, const state *x, int only, double *y)
 {
     const mech *m = s->m;
@@ -86,7 +86,7 @@ static double delay_of(const play *s, int c)
     return s->p[s->m->channel[c].law + S_DELAY];
 }
 
-/* the channel whose next sample is the earliest; -1: the look at time 0, -2: there are none */
+/* the channel with the earliest next sample; -1: the look at time 0, -2: there are none */
 static int earliest(const play *s, const design *d, const setup *set, int stride, const int *next,
                     int rest_seen, double *T)
 {

@@ -74,7 +74,7 @@ int run_to(play *s, state *x, double until, double tolerance)
         }
         double factor = 0.9 * pow(fmax(error, 1e-6), -0.2);
         double next = h * fmin(4.0, fmax(0.1, factor));
-        // a step that was cut by the end says little about the next one
+        // a step that was cut by the end gives no length for the next one
         wanted = error > 1.0 || h >= wanted ? next : fmax(next, wanted);
         wanted = fmin(wanted, largest_step);
     }

@@ -2,8 +2,8 @@
  * size.c - how large an effect has to be: what is left of it when everything else is refitted.
  *
  * y(size) - y(0), in noises, is the change that an effect makes to the records. The columns of X
- * are what the other numbers do, by one standard deviation each: those of the file that are not
- * exact, and for each record its initial state and its frictions. What is left is
+ * are what the other numbers do, by one standard deviation each: the uncertain numbers of the file,
+ * and for each record its initial state and its frictions. What is left is
  *
  *      r = d - X b,    b = argmin |d - X b|^2 + |b|^2
  *
@@ -99,8 +99,8 @@ static double *fresh(columns *c, source of)
     return c->X + (size_t)c->n++ * (size_t)c->rows;
 }
 
-/* How well a number is known. Without stated tolerances nobody knows what a stiffness or a friction
- * is, only what can be weighed or measured with a ruler. */
+/* How well a number is known. Without stated tolerances stiffnesses and frictions are unknown; only
+ * weights and lengths can be measured directly. */
 static double sd_of(const design *d, const number *N, double value)
 {
     static const char *const measured[] = {"kg", "m", "kg m^2"};

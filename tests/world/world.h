@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * world.h - measurements of any mechanism, made by a program of its own.
+ * world.h - measurements of any mechanism, made by an independent program.
  *
  * Nothing here is linked with the library, the generator or the reader of mechanism files: the
  * equations of motion are projected Newton-Euler equations in the fixed frame, evaluated with
@@ -63,7 +63,7 @@ typedef struct number {
     const char *shown; /* unit in the file */
     double scale;      /* SI value of that unit */
     double value;      /* true [SI] */
-    double file;       /* what the file says [SI] */
+    double file;       /* value in the file [SI] */
     double sd;         /* standard deviation of the file's value about the true one; 0: exact */
     int stated;        /* 1: written into the file */
     int tolerance;     /* 1: its standard deviation is written as well */
@@ -265,7 +265,7 @@ int record_film(const mech *m, const double *p, const design *d, const setup *s,
                 double tolerance, double *y);
 double record_noisy(const sensor *s, double y, chance *c);
 
-/** @param quiet  1: exact instruments, no scatter, the file tells the truth */
+/** @param quiet  1: exact instruments, no scatter, a correct file */
 void design_draw(design *d, mech *m, chance *c, int quiet);
 
 /* ---- catalog.c ---- */
@@ -344,13 +344,13 @@ typedef struct wrong {
     char name[NAME], place[NAME];
     double unit[CHANNELS], time; /* factors of the columns */
     int swap[2];                 /* columns, -1 */
-    int other;                   /* 1: the records are those of another mechanism */
+    int other;                   /* 1: the records belong to another mechanism */
 } wrong;
 void wrong_none(wrong *w);
 /** @param told  the mechanism that the file describes; changed by some @return 1: wrong enough */
 int wrong_draw(wrong *w, mech *told, const mech *m, const double *p, const design *d, chance *c);
 
-/** Could records of m be taken for those of `told`? */
+/** Could records of m be taken for records of `told`? */
 int wrong_fits(const mech *m, const mech *told);
 
 /* ---- compare.c ---- */

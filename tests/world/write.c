@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * write.c - what the diagnosis sees: the mechanism file and the records.
+ * write.c - the files for the diagnosis: the mechanism file and the records.
  */
 #include <math.h>
 #include <stdio.h>

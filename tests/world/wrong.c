@@ -47,7 +47,7 @@ static int turned(wrong *w, int way, mech *told, const mech *m, sizer *z, const 
     return !isfinite(left) || left > enough;
 }
 
-/* a column is in another unit than its title says */
+/* a column is in another unit than its title states */
 static int misread(wrong *w, const mech *m, chance *c)
 {
     int k = chance_pick(c, m->nchannel), turns = strncmp(m->channel[k].unit, "rad", 3) == 0;

@@ -7,7 +7,7 @@
 #include <stdlib.h>
 
 static const double checkpoints = 1000.0; /* of a run */
-static const double finer = 0.03;         /* tolerance against that of a controlled run */
+static const double finer = 0.03;         /* tolerance relative to a controlled run */
 static const double fine = 1e-12;         /* against steps of fixed length [rad or m] */
 static const double finest = 1e-13;       /* rounding is near */
 static const double longest_steps = 50.0; /* of the run */

@@ -2,11 +2,12 @@
  * accuracy.h - how far the result of a run may be trusted: the error of its positions and its
  * energy.
  *
- * Two simulations go beside the one that is judged, both with steps of controlled error and a
- * tolerance far below it (lab__accuracy_create):
+ * Two reference simulations accompany the judged one, both with steps of controlled error and a
+ * tolerance far below its tolerance (lab__accuracy_create):
  *
  *      whole   from the same initial state, on its own: how far the run is from the solution
- *      part    put onto the run's state at every checkpoint: what the steps between two of them add
+ *      part    put onto the run's state at every checkpoint: errors of the steps between two of
+ *      them
  *
  * The errors that the steps make, summed over the run, judge the method. Where the deviation is
  * much larger than that sum, the motion amplifies small differences (impacts, chaos): no method
@@ -21,7 +22,7 @@
 
 typedef struct lab__accuracy lab__accuracy;
 
-/** Are steps of dt divided as their error asks? */
+/** Are steps of dt divided by their error estimate? */
 static inline int lab__is_controlled(stein_integrator integrator)
 {
     return integrator == STEIN_CONTROLLED || integrator == STEIN_IMPLICIT;
@@ -42,7 +43,7 @@ typedef struct lab__errors {
     double energy_share; /* |unexplained| / scale */
 } lab__errors;
 
-/* Shares above which a result is told to be doubtful, and above which it is not to be trusted.
+/* Shares above which a result is doubtful, and above which it is not to be trusted.
  * Measured positions of mechanisms are good to 1e-3 of their range (the paper: 0.014 mm of
  * 40 mm); an error of 3 % of the range or of the energy is one that a figure shows. */
 #define LAB_DOUBTFUL 1e-3
@@ -63,7 +64,7 @@ void lab__accuracy_step(lab__accuracy *t, stein_sim *sim);
 /** The run is at its end: nothing is counted any more. */
 void lab__accuracy_end(lab__accuracy *t, stein_sim *sim);
 const lab__errors *lab__accuracy_errors(const lab__accuracy *t);
-/** Work of one law or input, see stein_balance_work [J]. */
+/** Work of one law or input, as stein_balance_work [J]. */
 double lab__accuracy_work(const lab__accuracy *t, stein_work_kind kind, int index);
 
 #endif

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * data.c - measured data from CSV files: a record, a set of records.
+ * data.c - a record from a CSV file.
  *
  * One pass over the file. A problem does not end the reading, so that one run names all of them;
  * from the first problem on rows are checked but no longer kept, and the file gives no data: half a
@@ -68,7 +68,7 @@ static int grow(data__reader *r)
     return ok;
 }
 
-/* number of a cell in SI; 0 when it is none, which is told */
+/* number of a cell in SI; 0 when it is none, which is reported */
 static int number(data__reader *r, const char *text, data__cell cell, int k, double *v)
 {
     const data__title *t = &r->title[k];
@@ -110,7 +110,7 @@ static int read_time(data__reader *r, const char *text, data__cell cell, double 
     }
     if (*t == r->last) {
         data__problem(&r->problems, DATA_TIME_ORDER, line, column,
-                      "the time %s s stands twice, expected rows in increasing time",
+                      "the time %s s appears twice, expected rows in increasing time",
                       lab__number(now, *t));
         return 0;
     }
@@ -208,7 +208,7 @@ static void row_line(data__reader *r, const char *text, size_t size)
         r->stop = 1;
         return;
     }
-    if (n == r->ntitle && is_empty(cell, n)) { // what a spreadsheet adds
+    if (n == r->ntitle && is_empty(cell, n)) { // added by a spreadsheet
         return;
     }
     if (r->rows == 0 && data__unit_line(r, cell, n)) {
@@ -284,8 +284,8 @@ static void late_header(data__reader *r, const char *text, size_t size)
     }
 }
 
-/* Lines above the titles that are neither titles nor numbers - the name of what was tracked, of an
- * instrument, a date - are passed over. */
+/* Lines above the titles that are neither titles nor numbers (names of a tracked point or an
+ * instrument, a date) are passed over. */
 static void header_line(data__reader *r, const char *text, size_t size)
 {
     enum { MOST_ABOVE = 100 };
@@ -325,14 +325,14 @@ static stein_status read_lines(data__reader *r, stein_err *err)
             row_line(r, text, size);
         }
     }
-    r->stop |= !r->lines.ended; // lines may be left that say more
+    r->stop |= !r->lines.ended; // remaining lines may give more problems
     if (ferror(r->lines.stream)) {
         return lab__fail(err, STEIN_EIO, "%s cannot be read: %s", r->out->file, strerror(errno));
     }
     return STEIN_OK;
 }
 
-/* an output that never changes measures nothing; a force that is never there says something */
+/* an output that never changes measures nothing; a force that is always 0 is information */
 static int may_be_constant(const data__reader *r, const lab_column *c, double value)
 {
     if (c->role == LAB_INPUT) {
@@ -344,7 +344,7 @@ static int may_be_constant(const data__reader *r, const lab_column *c, double va
                              read == STEIN_READ_NOTCH_FORCE || read == STEIN_READ_INPUT_FORCE));
 }
 
-/* what can only be said at the end of the file */
+/* checks at the end of the file */
 static void check_columns(data__reader *r)
 {
     int least = r->options->min_samples;
@@ -454,8 +454,7 @@ static stein_status read_file(data__reader *r, const char *text, const lab_data_
     return status;
 }
 
-/* bytes of a file, or of its text; 0: not known */
-static double size_of(const char *file, const char *text)
+double data__bytes(const char *file, const char *text)
 {
     struct stat st;
     return text != NULL                                  ? (double)strlen(text)
@@ -463,15 +462,9 @@ static double size_of(const char *file, const char *text)
                                                          : 0.0;
 }
 
-static const char *text_of(const lab_data_options *options, int i)
-{
-    return options->text != NULL ? options->text[i] : NULL;
-}
-
-/* @param before, total  bytes of the files before it, of all files */
-static stein_status open_one(lab_data **data, const char *file, const char *text,
-                             const lab_data_options *options, double before, double total,
-                             stein_err *err)
+stein_status data__open(lab_data **data, const char *file, const char *text,
+                        const lab_data_options *options, double before, double total,
+                        stein_err *err)
 {
     data__reader r = {.options = options, .model = options->model, .last = -INFINITY};
     r.before = before;
@@ -514,8 +507,8 @@ static stein_status open_one(lab_data **data, const char *file, const char *text
 stein_status lab_data_open(lab_data **data, const char *file, const lab_data_options *options,
                            stein_err *err)
 {
-    const char *text = text_of(options, 0);
-    return open_one(data, file, text, options, 0.0, size_of(file, text), err);
+    const char *text = options->text != NULL ? options->text[0] : NULL;
+    return data__open(data, file, text, options, 0.0, data__bytes(file, text), err);
 }
 
 /* ---- access ---- */
@@ -546,80 +539,4 @@ void lab_data_apply(const lab_data *data, double *p)
     for (int i = 0; i < data->nset; i++) {
         p[data->set[i].param] = data->set[i].value;
     }
-}
-
-/* ---- several strokes ---- */
-
-void lab_dataset_close(lab_dataset *set)
-{
-    for (int i = 0; set != NULL && set->stroke != NULL && i < set->n; i++) {
-        lab_data_close(set->stroke[i]);
-    }
-    if (set != NULL) {
-        free(set->stroke);
-        free(set);
-    }
-}
-
-static int is_twin(const lab_data *a, const lab_data *b)
-{
-    return a != NULL && b != NULL && a->hash == b->hash && a->nrow == b->nrow;
-}
-
-static void tell_twins(const lab_dataset *set, const lab_data_options *o)
-{
-    for (int i = 1; o->report != NULL && i < set->n; i++) {
-        int k = 0;
-        while (k < i && !is_twin(set->stroke[k], set->stroke[i])) {
-            k++;
-        }
-        char *text = k < i ? lab__text("%s: the same data as %s, counted twice",
-                                       set->stroke[i]->file, set->stroke[k]->file)
-                           : NULL;
-        if (text != NULL) {
-            o->report(o->ctx, text);
-        }
-        free(text);
-    }
-}
-
-stein_status lab_dataset_open(lab_dataset **out, const char *const *file, int n,
-                              const lab_data_options *options, stein_err *err)
-{
-    if (n < 1) {
-        return lab__fail(err, STEIN_EINVAL, "no data files");
-    }
-    lab_dataset *set = calloc(1, sizeof *set);
-    if (set == NULL || (set->stroke = calloc((size_t)n, sizeof(lab_data *))) == NULL) {
-        lab_dataset_close(set);
-        return lab__no_memory(err);
-    }
-    stein_status status = STEIN_OK;
-    double before = 0.0, total = 0.0;
-    set->n = n;
-    for (int i = 0; options->progress != NULL && i < n; i++) {
-        total += size_of(file[i], text_of(options, i));
-    }
-    for (int i = 0; i < n; i++) { // to the end: every problem of every file
-        stein_err why = {STEIN_OK, ""};
-        const char *text = text_of(options, i);
-        stein_status one = open_one(&set->stroke[i], file[i], text, options, before, total, &why);
-        before += total > 0.0 ? size_of(file[i], text) : 0.0;
-        if (one == STEIN_EIO && options->report != NULL) {
-            options->report(options->ctx, why.msg);
-        }
-        if (status == STEIN_OK && one != STEIN_OK) {
-            status = lab__fail(err, one, "%s", why.msg);
-        }
-    }
-    if (status != STEIN_OK) {
-        lab_dataset_close(set);
-        return status;
-    }
-    for (int i = 0; i < n && set->stroke[i] != NULL; i++) {
-        set->stroke[i]->number = i + 1;
-    }
-    tell_twins(set, options);
-    *out = set;
-    return STEIN_OK;
 }

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * data_audit.c - what a record is worth, before anything is fitted to it.
+ * data_audit.c - quality of a record, before any fit.
  *
- * Every channel is looked at by itself, from its samples alone (data_noise.c, data_rest.c); then
- * the time base, and the rests that all channels share. The figures go into structs, what limits a
- * fit or does not fit the record's own words into sentences (data_findings.c). Nothing here repairs
- * or drops a sample.
+ * Every channel is audited separately, from its samples alone (data_noise.c, data_rest.c); then
+ * the time base, and the rests that all channels share. The figures go into structs. Limits of a
+ * fit, and contradictions to the record's statements, become sentences (data_findings.c). Nothing
+ * here repairs or drops a sample.
  */
 #include <gsl/gsl_sort.h>
 #include <math.h>
@@ -78,7 +78,7 @@ static void take_series(data__series *s, const lab_data *data, const lab_column 
     a->missing = 1.0 - (double)s->n / data->nrow;
 }
 
-/* what is taken for noise when judging rest and spikes: never 0, never below what can be seen */
+/* noise level for the detection of rest and spikes: never 0, never below the resolution */
 static double working_sigma(const data__series *s, double noise, double step)
 {
     double sigma = fmax(isnan(noise) ? 0.0 : noise, fmax(step / sqrt(12.0), 1e-6 * s->range));

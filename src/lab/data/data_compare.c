@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * data_compare.c - does the model move as a record shows, with the numbers of both files?
  *
- * Only gross errors of reading are looked for, so the comparison has to be quick and must not
- * depend on noise, on offsets or on parameters that are wrong by some per cent:
+ * Only gross errors of reading are searched. The comparison has to be quick, and must not depend on
+ * noise, offsets or parameters that are wrong by some per cent:
  *
  *   - at most ROWS samples up to the third turning point of every channel are compared: beyond it
  *     a small error of the initial state or of a friction may have grown to any size;
@@ -21,8 +21,8 @@
 #include "fitting.h"
 
 enum { ROWS = 300, TURNS = 3, SHIFTS = 25, STEPS = 4, SORTED = 512 };
-enum { FEWEST = 8 };                  /* samples of a channel; fewer say nothing */
-static const double nearly = 0.02;    /* of the travel: what a channel may be off by */
+enum { FEWEST = 8 };                  /* samples of a channel; fewer carry no information */
+static const double nearly = 0.02;    /* of the travel: tolerance of a channel */
 static const double hysteresis = 0.1; /* of the travel: less is no turning point */
 
 data__reading data__as_it_is(void)
@@ -85,7 +85,7 @@ static int window_of(const lab_data *d)
     return rows < d->nrow ? rows : d->nrow;
 }
 
-/* ---- the record as it is read ---- */
+/* ---- the record as read ---- */
 
 /* a copy of the window, thinned, read otherwise: all arrays in one block */
 typedef struct copy {
@@ -119,7 +119,7 @@ static int source_of(const data__reading *r, int k)
     return r->other < 0 ? k : k == r->column ? r->other : k == r->other ? r->column : k;
 }
 
-/* Of every `stride` rows one, the one with most samples; those of a column of which few have been
+/* One of every `stride` rows, with the most samples. Samples of a column of which few have been
  * taken weigh more, so that channels of different rates all keep some.
  * @param taken  [ncolumn] room, 0; row [rows] out */
 static void choose_rows(const lab_data *d, int window, int stride, int rows, int *taken, int *row)
@@ -305,7 +305,7 @@ static void take_matches(const fit__problem *p, const double *predicted, int fai
     }
 }
 
-/* one record whose problem is made */
+/* one record, with its problem set up */
 static stein_status run(fit__problem *p, data__match *match, long *patience, stein_err *err)
 {
     fit__bench b;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * data_compare.h - one record simulated with the file's own numbers, as it is or read otherwise.
+ * data_compare.h - one record simulated with the file's own numbers, as read or in another reading.
  * Included by: this folder.
  */
 #ifndef DATA_COMPARE_H
@@ -24,7 +24,8 @@ typedef struct data__match {
     /** sd(y - h) / (sd(y) + sd(h)): 0 the same motion, about 0.7 two that have nothing in common, 1
      *  the opposite motion or sizes that cannot be compared */
     double off;
-    double line; /* the same of the best straight line: a reading that is no better says nothing */
+    double
+        line; /* the same of the best straight line: a reading that is not better is no evidence */
     double travel, predicted; /* 2 % to 98 % of the samples, and of the prediction [unit] */
 } data__match;
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * data_cut.c - a record cut into windows, each a record of its own.
+ * data_cut.c - a record cut into windows, each a separate record.
  *
  * A window keeps the time of its record, and the name of its file with the time it covers.
  */
@@ -75,7 +75,7 @@ static char *label_of(const lab_data *whole, data__window w)
                : lab__text("%s, %.4g s to %.4g s", whole->source, t[w.from], t[w.to - 1]);
 }
 
-/* the settings of the record, but for its initial state where the window begins later */
+/* the settings of the record, without its initial state if the window begins later */
 static void cut_settings(data__file *out, const lab_data *whole, int from)
 {
     for (int i = 0; i < whole->nset; i++) {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * data_cut.h - a record cut into windows, each a record of its own.
+ * data_cut.h - a record cut into windows, each a separate record.
  * Included by: this folder, src/lab/search, src/lab/diagnosis.
  */
 #ifndef DATA_CUT_H
@@ -7,20 +7,20 @@
 
 #include "stein/data.h"
 
-/** Rows [from, to) of a file, and those of them where no output counts, [gap_from, gap_to). */
+/** Rows [from, to) of a file; in rows [gap_from, gap_to) of them outputs do not count. */
 typedef struct data__window {
     int from, to, gap_from, gap_to;
 } data__window;
 
-/** Can it be cut? A record with times of events cannot: which of them falls into a window is known
- *  for the measured ones, not for those of a simulation that begins there. */
+/** Can it be cut? A record with times of events cannot: measured events can be assigned to a
+ *  window, but not events of a simulation that begins there. */
 int data__can_cut(const lab_data *data);
 /** Is it part of its file only? */
 int data__is_window(const lab_data *data);
 /** Which part. */
 data__window data__window_of(const lab_data *data);
-/** A window of a whole record as a record of its own, with its settings and notes; what it states
- *  of its initial state is kept by a window that begins with the record. Nothing refers to `whole`.
+/** A window of a whole record as a separate record, with its settings and notes; a window that
+ *  begins with the record keeps its stated initial state. Nothing refers to `whole`.
  *  @return OK, ENOMEM */
 stein_status data__cut(lab_data **out, const lab_data *whole, data__window window, stein_err *err);
 /** Records cut into windows of equal numbers of rows; number counts the windows. Those that cannot

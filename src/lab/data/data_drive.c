@@ -6,8 +6,8 @@
  * needs none, and straight lines do not overshoot where it is switched on.
  *
  * A position that jumps between two samples has no such derivatives: the spline overshoots, and the
- * force of the motion is that of the sampling. It is found by its slope, which is far above those
- * beside it; the spline is used all the same, and lab_drive_doubt tells.
+ * force of the motion is an artefact of the sampling. It is found by its slope, which is far above
+ * those beside it; the spline is used all the same, and lab_drive_doubt reports it.
  */
 #include <gsl/gsl_spline.h>
 #include <math.h>
@@ -33,7 +33,7 @@ struct lab_drive {
     const stein_model *model;
     track *track; /* [ntrack] */
     int ntrack;
-    char doubt[400]; /* what is wrong with a motion; "": nothing */
+    char doubt[400]; /* fault of a motion; "": nothing */
 };
 
 void lab_drive_close(lab_drive *drive)
@@ -124,8 +124,8 @@ static void find_jump(lab_drive *d, const track *k, const char *file)
     if (at >= 0) {
         snprintf(d->doubt, sizeof d->doubt,
                  "%s: column \"%s\" (line %d): the motion jumps by %.3g %s between %g s and "
-                 "%g s; the spline through its samples overshoots by %.3g %s and its force is "
-                 "that of the sampling: give the transition several samples, or a force",
+                 "%g s; the spline through its samples overshoots by %.3g %s and its force is an "
+                 "artefact of the sampling: give the transition several samples, or a force",
                  file, input->name, k->line, k->u[at + 1] - k->u[at], input->unit, k->t[at],
                  k->t[at + 1], overshoot(k, at), input->unit);
     }
@@ -179,7 +179,7 @@ stein_status lab_drive_open(lab_drive **drive, const char *file, const stein_mod
     lab_data_options options = lab_data_options_default(model);
     lab_data *data = NULL;
     options.inputs_only = 1;
-    options.min_samples = 1; // make_splines knows better what it needs
+    options.min_samples = 1; // make_splines checks the number of samples
     stein_status status = lab_data_open(&data, file, &options, err);
     if (status != STEIN_OK) {
         return status;

@@ -67,7 +67,7 @@ static char *places(char *to, size_t room, const stein_model *m)
     return to;
 }
 
-/* @return 1 when it is told what is wrong with a declaration */
+/* @return 1 when an error of a declaration was reported */
 static int is_wrong(data__reader *r, const data__about *a)
 {
     const stein_model *m = r->model;

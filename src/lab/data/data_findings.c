@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * data_findings.c - an audit in words: what limits a fit, and all of it as lines of text.
+ * data_findings.c - an audit in words: limits of a fit, and the audit as lines of text.
  *
  * A finding is a sentence with its figures, so that the reader can disagree. The trigger is judged
- * only where t = 0 means something: the file states that it is synchronised, or says nothing and
+ * only where t = 0 means something: the file states that it is synchronised, or states nothing and
  * the mechanism has a stroke.
  */
 #include <math.h>
@@ -149,7 +149,7 @@ static void judge_noise(lab_audit *a, const lab_column *c, const lab_channel_aud
                       data__quantity(y, ch->noise_estimated, c->unit));
     }
     if (ch->noise_from == LAB_NOISE_UNKNOWN) {
-        data__finding(a, nomem, "%s: %d samples are too few to tell the noise", c->name,
+        data__finding(a, nomem, "%s: %d samples are too few to estimate the noise", c->name,
                       ch->samples);
     }
     if (ch->step > rounding && (ch->step > 2.5 * ch->noise_estimated || ch->locking > 0.8)) {

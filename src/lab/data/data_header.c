@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * data_header.c - what stands above the rows of a data file: "#" lines and the titles of columns.
+ * data_header.c - the lines above the rows of a data file: "#" lines and the titles of columns.
  *
  * Every name is looked up in the model at once, and every unit is checked against the one the model
  * has for that name: a record in the wrong unit, or of another mechanism, is refused before a
- * single row is read. A title without a unit is taken as SI; what does not move as the model does
- * then is told before anything is fitted (audit_model.c).
+ * single row is read. A title without a unit is taken as SI; records that do not move like the
+ * model are then reported before any fit (data_suspicions.c).
  */
 #include <math.h>
 #include <stdint.h>
@@ -15,7 +15,7 @@
 #include "reader.h"
 #include "structure.h"
 
-/* a new copy of n bytes, NUL at the end; without memory NULL, and the problems know */
+/* a new copy of n bytes, NUL at the end; NULL without memory, which the problems record */
 static char *copy(data__reader *r, const char *s, size_t n)
 {
     char *copy = n < SIZE_MAX ? malloc(n + 1) : NULL;
@@ -101,8 +101,8 @@ static void keep_note(data__reader *r, char *name, char *value)
     r->out->note[r->out->data.nnote++] = (lab_note){name, value, r->lines.line};
 }
 
-/* "# set key_wire.k: 0" of a model that has no wire: the stroke was played without it, which says
- * something of a wire that is supposed */
+/* "# set key_wire.k: 0" of a model that has no wire: the stroke was made without it, which is
+ * evidence about a supposed wire */
 static void note_without(data__reader *r, const char *name, double value, int at_value)
 {
     if (value != 0.0) {
@@ -255,7 +255,7 @@ void data__note_line(data__reader *r, const char *text, size_t size)
     part name = trimmed(text, all.from, colon != NULL ? (size_t)(colon - text) : all.from);
     part value = trimmed(text, colon != NULL ? (size_t)(colon - text) + 1 : all.from, all.to);
     part word = colon != NULL ? name : all;
-    int plain = r->options->inputs_only; // signals alone: nothing is said about a stroke
+    int plain = r->options->inputs_only; // signals alone: no statement about a stroke
     int known = !plain && take_word(text, &word, "known");
     int set = known || (!plain && take_word(text, &word, "set"));
     int about = plain || set ? -1 : about_word(text, &word);
@@ -266,7 +266,7 @@ void data__note_line(data__reader *r, const char *text, size_t size)
                       known ? "known"
                       : set ? "set"
                             : data__about_word[about]);
-        r->stop |= about == DATA_EVENTS; // what its column holds is not known
+        r->stop |= about == DATA_EVENTS; // the contents of its column are unknown
         return;
     }
     if (++r->notes > DATA_NOTES) {
@@ -295,7 +295,7 @@ void data__note_line(data__reader *r, const char *text, size_t size)
 
 /* ---- titles ---- */
 
-/* unit of a title against the model's; without one it is SI, and the audit says so.
+/* unit of a title against the model's; without one it is SI, and the audit reports it.
  * @return 1 when it fits */
 static int fit_unit(data__reader *r, data__title *t, const char *wanted)
 {
@@ -345,8 +345,8 @@ static void add_time(data__reader *r, data__title *t)
     fit_unit(r, t, "s");
 }
 
-/* a column that the model does not know: what a log has besides. A name that looks like one of the
- * model's which no column has is a slip instead. */
+/* a column that is no output or input of the model: other contents of a log. A name that looks like
+ * one of the model's which no column has is a slip instead. */
 static int is_passed_over(const data__reader *r, const data__title *t)
 {
     const stein_model *m = r->model;
@@ -410,7 +410,7 @@ static void add_channel(data__reader *r, data__title *t)
                      .unit_assumed = !t->has_unit && strcmp(wanted, "1") != 0};
 }
 
-/* Is none of the columns the model's? One message then, with what would be right. */
+/* Is none of the columns the model's? One message then, with the expected titles. */
 static int is_foreign(data__reader *r)
 {
     const stein_model *m = r->model;
@@ -492,8 +492,8 @@ int data__is_header(const data__reader *r, const char *text, size_t size)
     return k < n && k < DATA_COLUMNS;
 }
 
-/* the column whose cell is a unit of time in a row of units: that of the time, or the first one
- * with times of events; -1: it states its unit */
+/* the column with a unit of time in a row of units: the column of the time, or the first one with
+ * times of events; -1: it states its unit */
 static int timed_column(const data__reader *r)
 {
     int k = r->alone ? 0 : r->time_at;
@@ -503,7 +503,7 @@ static int timed_column(const data__reader *r)
     return k < r->ntitle && r->title[k].has_unit == 0 ? k : -1;
 }
 
-/* Is it a row of units below the titles? Then they are those of titles that state none. */
+/* Is it a row of units below the titles? They are then used for titles that state none. */
 int data__unit_line(data__reader *r, const data__cell *cell, int n)
 {
     char unit[DATA_SHOWN];

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * data_internal.h - what the files that read and audit data share with each other.
+ * data_internal.h - shared by the files that read and audit data.
  *
  *   bytes --data_lines.c--> lines, cells, numbers --data_titles.c, data_header.c,
  *                       data_columns.c, data_events.c, data.c, data_unwrap.c--> lab_data
@@ -41,7 +41,7 @@ enum {
     DATA_EVENT_EARLY,
     DATA_KINDS
 };
-/** Problems of one file. Those of one kind (not 0) are told once and counted. */
+/** Problems of one file. Problems of one kind (not 0) are reported once, with a count. */
 typedef struct data__problems {
     const char *file;
     struct data__problem {
@@ -82,7 +82,7 @@ typedef struct data__cell {
     size_t n;
     int at; /* byte in the line */
 } data__cell;
-/** What separates the titles of a header: a comma where there is one, else a semicolon, a tab,
+/** Separator of the titles of a header: a comma where there is one, else a semicolon, a tab,
  *  else blanks (' '). */
 char data__separator(const char *text, size_t size);
 /** Cut a line at its separators. @return cells (DATA_COLUMNS + 1: more than that), or -1 - the byte
@@ -104,8 +104,8 @@ double data__last_digit(data__cell cell, int exp10, char point);
  *  @return 0; 1 another quantity, 2 no unit at all */
 int data__unit(const char *unit, const char *wanted, int *exp10, double *factor);
 /** A title cut in two: "name [unit]", "name (unit)", "name / unit", "name, unit", or "name_unit"
- *  where only the name without the suffix is `time`, a channel or an input of the model. A name
- * that is the model's but for upper and lower case gets its spelling.
+ *  where only the name without the suffix is `time`, a channel or an input of the model. A name of
+ * the model in other upper and lower case gets the model's spelling.
  *  @return 1 with a unit, 0 without, -1 the bracket does not close */
 int data__cut_title(const stein_model *m, data__cell cell, char name[], char unit[]);
 /** A cell that is a unit alone, in brackets or without. @param unit  out [DATA_SHOWN] */
@@ -127,7 +127,7 @@ int data__unwrap(const stein_model *m, lab_column *c, double *value, int n);
  *  amount of a part that comes off? */
 int data__has_last_word(const stein_model *m, const char *param);
 
-/** The public structs grown while reading; `data` comes first and is what users hold. */
+/** The public structs grown while reading; `data` comes first; users hold a pointer to it. */
 typedef struct data__file {
     lab_data data;
     char *file, *source, *text; /* text NULL: it was read from the file */
@@ -137,10 +137,18 @@ typedef struct data__file {
     lab_setting *set;
     lab_note *note;
 } data__file;
-/** The public part points to what was grown. */
+/** The public part points to the grown arrays. */
 void data__hand_over(data__file *out);
+/** Bytes of a file, or of its text; 0: unknown. */
+double data__bytes(const char *file, const char *text);
+/** Read one file, or its text (NULL: none).
+ *  @param before, total  bytes of earlier files and of all files, for the progress
+ *  @return as lab_data_open */
+stein_status data__open(lab_data **data, const char *file, const char *text,
+                        const lab_data_options *options, double before, double total,
+                        stein_err *err);
 
-/** ", did you mean ...?" with the output or input of a model whose name is next, or nothing.
+/** ", did you mean ...?" with the nearest output or input of a model, or nothing.
  *  @param to  [room] out, returned */
 char *data__near_channel(char *to, size_t room, const stein_model *m, const char *name);
 /** Lines about a column: "# WORD NAME: VALUE". */
@@ -153,19 +161,19 @@ typedef struct data__about {
     int line, name_column, value_column;
 } data__about;
 
-/** What is known of a column of the file. */
+/** A column of the file. */
 typedef struct data__title {
     char name[DATA_SHOWN], unit[DATA_SHOWN];
     int has_unit; /* of data__cut_title */
     int known;    /* 1: a channel or an input, with a place in the data */
     int to;       /* which */
     int at;       /* character column of the title */
-    int exp10;    /* see data__unit */
+    int exp10;    /* as in data__unit */
     double factor;
     double *value; /* being filled */
     unsigned char *present;
     int samples, varies, refused;
-    double first; /* value, to know a constant channel by */
+    double first; /* value, to detect a constant channel */
     int events;   /* 1: it holds times of events */
     int ended;    /* 1: of these, an empty cell has been seen */
     double last;  /* of these [s] */
@@ -207,14 +215,14 @@ void data__header_line(data__reader *r, int line, const char *text, size_t size)
 int data__is_header(const data__reader *r, const char *text, size_t size);
 /** Units in a line of their own below the titles. @return 0: it is none */
 int data__unit_line(data__reader *r, const data__cell *cell, int n);
-/** Does a column have nothing to do with the model? It is kept in mind, the audit tells it.
+/** Does a column have nothing to do with the model? It is kept for the audit.
  *  @return 0: it may be a slip */
 int data__pass_over(data__reader *r, const data__title *t);
 
 /* ---- data_events.c ---- */
 
 /** Do these titles belong to a file of times of events alone? Then the columns that hold them are
- *  added. What is wrong with lines "# events" is told. @return 1: the titles are done with, or
+ *  added. Errors of lines "# events" are reported. @return 1: the titles are done with, or
  *  nothing can be read */
 int data__event_titles(data__reader *r);
 /** The declaration of a title's times of events; NULL: it holds samples. */
@@ -235,7 +243,7 @@ void data__settle_columns(data__reader *r);
 
 /** A finding: a sentence that the audit keeps. */
 void data__finding(lab_audit *a, int *nomem, const char *format, ...);
-/** Everything that can be said against the record once the numbers are there. */
+/** All findings about the record, from its numbers. */
 void data__findings(lab_audit *a, int *nomem);
 /** "20.3 um": four digits, a prefix that suits. @param text [DATA_SHOWN], returned */
 char *data__quantity(char *text, double value, const char *unit);

@@ -9,7 +9,7 @@
 
 /* ---- words ---- */
 
-/* what a factor says of a unit: the numbers are in one unit under a title that states another */
+/* the unit that a factor suggests: the numbers are in one unit under a title that states another */
 static const char *units_of(char *to, const char *unit, double factor)
 {
     static const struct {

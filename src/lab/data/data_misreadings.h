@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * data_misreadings.h - other readings of records that were tried, and what becomes of them.
+ * data_misreadings.h - other readings of records, and their misfit.
  * Included by: this folder.
  */
 #ifndef DATA_MISREADINGS_H
@@ -21,7 +21,7 @@ typedef struct data__guess {
 typedef struct data__suspects {
     const lab_model *model;
     const lab_dataset *data;
-    data__match **plain; /* [n] of each record, as it is read */
+    data__match **plain; /* [n] of each record, as read */
     data__match *other;  /* room for one more */
     data__guess *guess;  /* [room] */
     int nguess;
@@ -30,7 +30,7 @@ typedef struct data__suspects {
     stein_err *err;
 } data__suspects;
 
-/** The reading of a record. @return 0: it has no such columns */
+/** The reading of a record. @return 0: the columns do not exist */
 int data__reading_of(const data__guess *g, const lab_data *d, data__reading *reading);
 
 /* ---- data_misreadings.c ---- */

@@ -2,24 +2,24 @@
  * data_noise.c - noise, quantisation step, spikes, cut-off values of one channel.
  *
  * Noise. While nothing moves, it is the scatter about a slow cubic drift. In motion, polynomials
- * are fitted to windows; impacts and let-off leave large residuals in some of the windows, so the
- * lower quartile of the windows' variances counts, divided by the same quartile of the chi-squared
- * distribution of its degrees of freedom. Second differences, the usual way, would halve a noise
+ * are fitted to windows; impacts and let-off leave large residuals in some windows. So the estimate
+ * is the lower quartile of the windows' variances, divided by the same quartile of the chi-squared
+ * distribution with its degrees of freedom. Second differences, the usual way, would halve a noise
  * that is correlated from sample to sample.
  *
  * Windows have 25 samples and cubics where that is many samples to an oscillation. Where it is not,
  * the cubic leaves some of the motion over. Its variance then falls steeply with a higher degree or
- * a shorter window - with the power 2 (degree + 1) of the window - while that of noise stays, and
- * that of noise which is correlated from sample to sample falls slowly. So of the windows of 25,
- * 18, 13, 9 and 7 samples and the degrees 3, 5 .. 11, in the order of their degrees of freedom, the
- * first one counts that is nearly enough: neither the next degree nor the next window lowers the
- * variance by more than a factor of 1.2.
+ * a shorter window, with the power 2 (degree + 1) of the window. The variance of white noise stays;
+ * that of noise correlated from sample to sample falls slowly. So of the windows of 25, 18, 13, 9
+ * and 7 samples and the degrees 3, 5 .. 11, in the order of their degrees of freedom, the first one
+ * counts that is nearly enough: neither the next degree nor the next window lowers the variance by
+ * more than a factor of 1.2.
  *
  * Step. Values of a camera or converter lie on a lattice. The difference of two neighbours is a
- * whole number of steps; a candidate is refined from small to ever larger multiples, so that a step
- * known to 5 % at first is known to 1e-4 at the end, and it is accepted when 93 % of all
- * differences lie within an eighth of a step of the lattice - by chance 25 % would. The largest
- * believed step counts: a finer lattice of written digits is inside of it.
+ * whole number of steps; a candidate is refined from small to ever larger multiples, from an
+ * accuracy of 5 % to 1e-4. It is accepted when 93 % of all differences lie within an eighth of a
+ * step of the lattice; by chance 25 % would. The largest believed step counts: a finer lattice of
+ * written digits is inside of it.
  */
 #include <gsl/gsl_sort.h>
 #include <math.h>
@@ -139,7 +139,7 @@ static int window_of(int n)
     return w > WINDOW ? WINDOW : w < 9 ? 9 : w;
 }
 
-/* variance as windows of w samples and polynomials of one degree have it */
+/* variance from windows of w samples and polynomials of one degree */
 typedef struct guess {
     int window, degree;
     double variance, error; /* error: relative sd of the variance */
@@ -274,7 +274,7 @@ static void finish_lags(const lags *l, double correlation[LAB_LAGS])
     }
 }
 
-/* spikes would rule a sum of squares: what is beyond five robust deviations becomes 0.
+/* spikes would rule a sum of squares: values beyond five robust deviations become 0.
  * @return samples left */
 static int clip(double *r, int n, double *scratch)
 {
@@ -345,7 +345,7 @@ void data__correlation_in_windows(const data__series *s, double correlation[LAB_
     if (!(l.sum[0] > 0.0)) {
         return;
     }
-    // the fit takes the slow part of the noise away: rows of 1 - H tell how much at each lag
+    // the fit takes the slow part of the noise away: rows of 1 - H give the amount at each lag
     for (int i = 0; i < w; i++) {
         t[i] = i;
     }
@@ -380,7 +380,7 @@ static int differences(const data__series *s, double *d)
         int last = whole ? all : first + block;
         for (int i = first; i < last; i++) {
             double x = fabs(s->v[i + 1] - s->v[i]);
-            if (x > 8.0 * 2.2e-16 * largest) { // what conversion and text leave over is zero
+            if (x > 8.0 * 2.2e-16 * largest) { // errors of conversion and text count as zero
                 d[n++] = x;
             }
         }

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * data_rest.c - where a channel rests, and when it first moves.
  *
- * A rest begins as a stretch of 40 samples whose best parabola explains no more than noise would
- * (so the turning point of a flight is none) and grows by blocks of eight as long as the median of
+ * A rest begins as a stretch of 40 samples whose best parabola explains no more than noise would;
+ * so the turning point of a flight is no rest. It grows by blocks of eight as long as the median of
  * a block stays near the mean. It is then judged once more as a whole, and its ends are fitted
  * sample by sample.
  *
@@ -18,7 +18,7 @@
 
 enum { SEED = 40, START = 20, BLOCK = 8 };
 
-/* is the stretch at rest, judged by what a parabola explains of it? */
+/* is the stretch at rest, by the share that a parabola explains? */
 static int is_flat(const data__series *s, int first, int n, double tolerated)
 {
     double mean = 0.0, about = 0.0, sigma = s->sigma;
@@ -69,8 +69,8 @@ static int grow_rest(const data__series *s, int first, int seed, double *mean)
     return last;
 }
 
-/* Is what grew from a seed a rest? Its end may hold the first of the motion: a long one is judged,
- * and kept, without it. @return last sample, or first - 1 */
+/* Is the stretch grown from a seed a rest? Its end may hold the first of the motion: a long one is
+ * judged, and kept, without it. @return last sample, or first - 1 */
 static int judge_rest(const data__series *s, int first, int last, int seed, double mean)
 {
     int n = last - first + 1;

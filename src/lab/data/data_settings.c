@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * data_settings.c - does every stroke move as its own `# set` lines say?
+ * data_settings.c - does the motion of every stroke agree with its `# set` lines?
  *
  * A stroke with a wrong setting - files mixed up, grams read as kilograms, a sign - is no evidence
  * of missing physics, and one of them among twelve is enough to find some. How far a stroke is off,
@@ -8,7 +8,7 @@
  *
  * is computed with the numbers of the file and the settings v of the stroke. Wrong numbers and
  * missing physics of the size that a diagnosis is for leave D at one or two per cent, and alike in
- * all strokes. A stroke that is far off is told when
+ * all strokes. A stroke that is far off is reported when
  *
  *   - the same digits of a setting in another power of ten explain its record (as well as the
  *     others, if most of them are well explained), or
@@ -16,11 +16,11 @@
  *     has, the other sign - explains this one as well as the others, or
  *   - most strokes are well explained, this one is off by much of its travel, and nothing helps.
  *
- * Searched are only values that a slip of the pen leads to. A free search would always find some
+ * Only values that a slip of the pen gives are searched. A free search would always find some
  * value that is better, and a wrong spring would be called a wrong setting. For the same reason the
  * second and the third need other strokes that fit: where the model is far from all of them, a
- * stroke that just escapes and one that just does not are far apart without anybody's fault. And a
- * stroke that a little more or less friction brings back is no contradiction.
+ * stroke that just escapes and one that just does not differ much, with correct settings. A stroke
+ * that slightly more or less friction explains is no contradiction.
  */
 #include <gsl/gsl_sort.h>
 #include <math.h>
@@ -31,17 +31,18 @@
 #include "data_compare.h"
 #include "fitting.h"
 
-/* share of the travel that makes a stroke suspect, and that most may be off by; factors */
+/* share of the travel from which on a stroke is suspicious, and largest share for most strokes;
+ * factors */
 static const double suspected = 0.04, far_off = 0.25, well = 0.012;
-static const double seen = 0.01; /* less is within what strokes differ by themselves */
+static const double seen = 0.01; /* less is within the scatter of strokes */
 static const double worse = 5.0, much_worse = 10.0, explained = 4.0, usual = 2.0;
-static const double largest_nudge = 3.0; /* of what differs by itself, in its prior sd */
+static const double largest_nudge = 3.0; /* of scatter, in its prior sd */
 enum {
     SHIFTS = 41,       /* of the trigger, over +-3 of its prior sd */
-    PATIENCE = 200000, /* evaluations of a stroke as it is; of many samples 100 each */
+    PATIENCE = 200000, /* evaluations of a stroke as stated; of many samples 100 each */
     A_SAMPLE = 100,
     NUDGES = 6,
-    TIMES = 8 /* so many times what a stroke took: one with other settings */
+    TIMES = 8 /* so many times the evaluations of a stroke: one with other settings */
 };
 
 typedef struct check {
@@ -81,7 +82,7 @@ static double shifted(const double *t, const double *h, int n, double at, int *k
     return h[*k] + u * (h[*k + 1] - h[*k]);
 }
 
-/* sum of squares about the mean of what one channel is off, as a share of its range */
+/* sum of squares of one channel's error about its mean, as a share of its range */
 static double off_by(const fit__stroke *s, int c, const double *predicted, double tau, int *count)
 {
     size_t first = (size_t)c * (size_t)s->n;
@@ -160,7 +161,7 @@ static void try_value(check *c, int stroke, int k, double value, int decimal, gu
         return;
     }
     double off = misfit_with(c, stroke, k, set->param, value);
-    // of two that explain it the one with the same digits is the likelier slip
+    // of two explanations a value with the same digits is the likelier slip
     if (off < best->misfit * (decimal ? 1.0 : best->decimal ? 0.5 : 1.0)) {
         *best = (guess){k, decimal, value, off};
     }
@@ -210,8 +211,7 @@ static double nudge(int i)
     return (i % 2 == 0 ? 1.0 : -1.0) * largest_nudge * level / levels;
 }
 
-/* does a little more or less of what differs from stroke to stroke by itself - friction, drive -
- * explain the stroke, too? */
+/* does a slight change of scattering quantities (friction, drive) explain the stroke, too? */
 static int is_moved_by_scatter(check *c, int stroke)
 {
     const fit__stroke *s = &c->p->stroke[stroke];
@@ -279,7 +279,7 @@ static void tell(check *c, const lab_data *d, const lab_setting *set, const gues
     c->told++;
 }
 
-/* where a stroke begins is not known: nothing can be said of it before a fit */
+/* where a stroke begins is not known: unknown before a fit */
 static int begins_anywhere(const check *c, int stroke)
 {
     const fit__stroke *s = &c->p->stroke[stroke];

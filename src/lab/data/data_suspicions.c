@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * data_suspicions.c - columns in the wrong unit, with the wrong sign, exchanged; a wrong clock; a
- * record of another mechanism: told before anything is fitted.
+ * record of another mechanism: reported before any fit.
  *
- * Every record is compared with the model as it is (data_compare.c). Where that fits, nothing is
- * asked. Where it does not, the readings that slips lead to are tried: factors of 1000 and 100, the
+ * Every record is compared with the model (data_compare.c). Where that fits, nothing is
+ * asked. Where it does not, the readings that slips produce are tried: factors of 1000 and 100, the
  * factor between degrees and radians, the opposite sign, two columns exchanged, milliseconds for
- * seconds, alone or with degrees or thousandths. A reading is suspected when what was far off fits
- * with it:
+ * seconds, alone or with degrees or thousandths. A reading is a suspicion when a record that was
+ * far off fits with it:
  *
  *   - the misfit of the affected channels falls below `fits` and by the factor `better`, or
  *   - channels that could not be compared (misfit above `apart`) move about as they should, by the
@@ -23,7 +23,7 @@
  * earlier estimate of the initial state; of 36 slips repeated with this one, the same 33 are named
  * by both.
  *
- * A linear model whose initial state is unknown follows its data at any scale. There the travel is
+ * A linear model with an unknown initial state follows its data at any scale. There the travel is
  * compared with the largest length of the model's file.
  */
 #include <gsl/gsl_sort.h>
@@ -44,7 +44,7 @@ static const double asked = 0.12,
 static const double foreign = 0.6, well = 0.15; /* of a foreign record; median of all then */
 static const double odd_sign = 0.45; /* a sensor seldom changes its sign for one record */
 /* factors */
-static const double better = 3.0;   /* of the misfit before over that of the reading */
+static const double better = 3.0;   /* misfit before over misfit of the reading */
 static const double usual = 5.0;    /* of the median record: between never and always asked */
 static const double within = 1.25;  /* of the travel */
 static const double straight = 0.5; /* share of a straight line's misfit */
@@ -96,7 +96,7 @@ int data__reading_of(const data__guess *g, const lab_data *d, data__reading *rea
     return (g->a == NULL || a != NULL) && (g->b == NULL || b != NULL);
 }
 
-/* what a guess does for one record */
+/* result of a guess for one record */
 typedef struct effect {
     int adapted;                     /* the initial state was taken from the record */
     int channels;                    /* affected */
@@ -190,7 +190,7 @@ static void try_guess(data__suspects *a, data__guess *g, int record)
     }
 }
 
-/* ---- what slips lead to ---- */
+/* ---- readings that slips produce ---- */
 
 static void offer(data__suspects *a, data__guess g)
 {
@@ -235,7 +235,7 @@ static void offer_all(data__suspects *a, const lab_data *d)
         double factor[] = {1e-3, 1e3, 1.0 / odd, odd, -1.0};
         for (int i = 0; i < 5; i++) {
             offer(a, (data__guess){.a = c->name, .factor = factor[i], .time = 1.0});
-            // milliseconds and degrees come from one program that knows no units
+            // milliseconds and degrees come from one program without units
             if ((i == 0 || i == 2) && is_first(d, k)) {
                 offer(a, (data__guess){.unit = c->unit, .factor = factor[i], .time = 1e-3});
             }
@@ -293,7 +293,7 @@ static const char *other_sign(const data__suspects *a, const data__guess *best)
 }
 
 /* The best guesses that enough of the tested records accept, each column once, until every channel
- * fits. @return how many were told */
+ * fits. @return number of reports */
 static int tell_best(data__suspects *a, int records, double share, int alone)
 {
     int told = 0;
@@ -351,7 +351,7 @@ static void judge_all(data__suspects *a, const int *bad, int nbad)
     tell_best(a, nbad, 2.0 / 3.0, 0);
 }
 
-/* what is odd about one record, while most fit */
+/* fault of one record, while most fit */
 static void judge_one(data__suspects *a, int record, double own, double median)
 {
     offer_all(a, a->data->stroke[record]);
@@ -392,7 +392,7 @@ static void judge(data__suspects *a, double *off, double *worst, double *sorted)
 
 /* ---- lengths ---- */
 
-/* largest length of the file: what the mechanism can reach is not far from it */
+/* largest length of the file: the reach of the mechanism is not far from it */
 static double largest_length(const lab_model *model)
 {
     const stein_model *m = lab_equations(model);
@@ -420,7 +420,7 @@ static void judge_travel(data__suspects *a, int record, int k)
     data__reading_of(&g, d, &reading);
     try(a, record, reading, a->other);
     if (a->status != STEIN_OK || a->other[k].off > fits) {
-        return; // gravity, say, tells the scale
+        return; // gravity, for example, determines the scale
     }
     data__tell_travel(a, record, k, reach, a->other[k].off);
 }

@@ -3,10 +3,10 @@
  *
  *      angle [deg]    angle (deg)    angle / deg    angle, deg    angle_deg    angle
  *
- * A suffix counts as a unit only where the title as a whole is no name of the model and the title
- * without the suffix is one, so "key_m" stays the channel that is called so. An identifier has no
- * room for "/" and "^": "rad_s" and "rad_per_s" are rad/s, "N_m" is N m, "m_s2" is m/s^2; of the
- * readings that are units the one of the wanted quantity counts.
+ * A suffix counts as a unit only if the title is no name of the model and the title without the
+ * suffix is one. So "key_m" stays the channel of that name. An identifier has no room for "/" and
+ * "^": "rad_s" and "rad_per_s" are rad/s, "N_m" is N m, "m_s2" is m/s^2; of the readings that are
+ * units the one of the wanted quantity counts.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -15,7 +15,7 @@
 #include "data_internal.h"
 #include "reader.h"
 
-/* what others write for a unit of ours */
+/* other spellings of units */
 static const char *usual_unit(const char *unit)
 {
     static const char *const same[][2] = {
@@ -55,7 +55,7 @@ int data__unit(const char *unit, const char *wanted, int *exp10, double *factor)
 
 /* ---- names ---- */
 
-/* the same but for upper and lower case of ASCII? */
+/* equal, ignoring upper and lower case of ASCII? */
 static int is_alike(const char *a, const char *b)
 {
     for (; *a != '\0' && *b != '\0'; a++, b++) {
@@ -152,7 +152,7 @@ static int suffix_unit(const char *suffix, const char *wanted, char unit[DATA_SH
     return best;
 }
 
-/* the longest name in front of a "_" whose rest is a unit */
+/* the longest name before a "_" that is followed by a unit */
 static int cut_suffix(const stein_model *m, char *name, char *unit)
 {
     char front[DATA_SHOWN];
@@ -191,7 +191,7 @@ void data__cut_unit(data__cell cell, char unit[])
     snprintf(unit, DATA_SHOWN, "%s", usual_unit(inside));
 }
 
-/* "angle / deg" and "angle, deg": what is behind the sign is the unit of a name in front of it */
+/* "angle / deg" and "angle, deg": the text after the sign is the unit of the name before it */
 static int cut_sign(const stein_model *m, char *name, char *unit)
 {
     char front[DATA_SHOWN], behind[DATA_SHOWN];

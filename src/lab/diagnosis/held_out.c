@@ -192,7 +192,6 @@ stein_status diag__is_shown(const diagnosis *d, int *yes, stein_err *err)
     stein_status status = diag__report(least, &d->reporting, &without, &why);
     status = status == STEIN_OK ? diag__compare(&without, &d->after, &g, &why) : status;
     diag__reported_free(&without);
-    *yes = !isfinite(g.ratio) || g.ratio < no_gain ||
-           (certain && (g.ratio < worse || g.hi < 1.0));
+    *yes = !isfinite(g.ratio) || g.ratio < no_gain || (certain && (g.ratio < worse || g.hi < 1.0));
     return fit__forgive(status, err);
 }

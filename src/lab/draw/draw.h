@@ -59,7 +59,8 @@ typedef struct draw__labels {
 
 /** Keep names off a box. */
 void draw__keep_off(draw__labels *all, double x, double y, double half);
-/** Write a name near a place [px], where nothing else is, with a line to it if it is far. */
+/** Write a name near a place [px], where the drawing is empty, with a line to the place if it is
+ * far. */
 void draw__name(draw__labels *all, FILE *f, double x, double y, const char *kind, const char *name);
 
 #endif

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * label.c - names beside what they name: the nearest of a few places where no other name and no
+ * label.c - names beside their elements: the nearest of a few places where no other name and no
  * joint is.
  */
 #include <math.h>

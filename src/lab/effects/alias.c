@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * alias.c - equivalent candidates.
  *
- * The equations know parameters p only through the derived constants d = setup(p). So two
+ * The equations depend on parameters p only through the derived constants d = setup(p). So two
  * candidates are the same cause when they move d along the same line,
  *
  *      dd/da = (d(p + 2 e) - d(p + e)) / e         e: a small amount of the candidate
@@ -13,9 +13,9 @@
  *      a point moved by u along the line's normal  =  a gap of u
  *      a felt's force moved by da x^3 + db x^2 + dc x  =  by dc' x
  *
- * The first two are exact for the laws of law.h: a spot's place and speeds are those of the point,
- * whatever the line's depth, and a torque -k (q - q0) is linear. A line with ends, or a spring that
- * hardens, is left as it is. The third holds where a body hardly turns while it touches, a key on
+ * The first two are exact for the laws of law.h: place and speeds of a spot depend on the point,
+ * not on the line's depth, and a torque -k (q - q0) is linear. A line with ends, or a spring that
+ * hardens, has no such alias. The third holds where a body hardly turns while it touches, a key on
  * its felts, and no output shows the gap when it does not: turned by a there, its point lies
  *
  *      u cos(a) + v sin(a)      v: how much it was moved along the line
@@ -24,11 +24,10 @@
  * that is longer by u. They are the same where (a + x/r) |v/u| + x/r + a^2/2 is below a hundredth.
  * The fourth holds where a felt is hardly pressed: of all straight lines the nearest one down to
  * the deepest d has dc' = dc + 3/4 db d + 3/5 da d^2, and is off by |db d/4 + 2/5 da d^2| d there;
- * they are the same where that is below a hundredth of dc' d. Data see the hundredth of a cause
- * only of one that is hundreds of its sd. What follows from a
- * formula of the file (string.height) needs no rule of its own. Comparing predictions instead would
- * find the pairs that data cannot tell apart, which is another question: it depends on the data and
- * has an interval.
+ * they are the same where that is below a hundredth of dc' d. Data show a hundredth of a cause only
+ * if the cause is hundreds of its sd. Consequences of a formula of the file (string.height) need no
+ * separate rule. A comparison of predictions would find the pairs that data cannot separate, which
+ * is another question: it depends on the data and has an interval.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -39,7 +38,7 @@
 static const double small_amount = 1e-5; /* of the limit */
 static const double alike = 1e-6;        /* relative difference of two directions */
 static const double rounding = 1e-13, residue = 1e-9;
-static const double hardly = 1e-2; /* of what both do */
+static const double hardly = 1e-2; /* of both effects */
 
 typedef struct compass {
     const stein_model *m;
@@ -257,7 +256,7 @@ stein_status lab__aliases(lab_candidate *list, int *n, const lab_model *model, s
         const lab_candidate c = list[i];
         double *way = k.way + (size_t)kept * nd;
         int same = -1, open = c.nparam > 0;
-        memset(way, 0, sizeof *way * nd); // a part is like nothing else
+        memset(way, 0, sizeof *way * nd); // a part has no alias
         if (open) {
             find_way(&k, &c, way);
         }

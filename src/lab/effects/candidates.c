@@ -10,19 +10,19 @@
 
 enum { MAX_SAMPLES = 4000 };
 static const double weak_range = 1e-4; /* of adhesion [m] */
-static const double arm = 0.1;         /* speed of a slide per that of a lever [m] */
+static const double arm = 0.1;         /* speed of a slide over the speed of a lever [m] */
 static const double pressed = 1e-4;    /* depth at which a contact has its typical stiffness [m] */
 
 typedef struct build {
     const lab_model *lab;
     const stein_model *m;
-    const double *p, *now;       /* of the file; with what acts besides, NULL: whatever it is */
+    const double *p, *now;       /* of the file; with further forces, NULL: whatever it is */
     const lab__strokes *strokes; /* NULL: one with the file's own numbers */
     lab_candidate *list;
     int n, room;
     lab__scales s;
     int full;                  /* memory ran out */
-    const lab_effect *unsized; /* limits.c does not know it; NULL: it knows all */
+    const lab_effect *unsized; /* it has no entry in limits.c; NULL: it has all entries */
 } build;
 
 /* ---- one run ---- */
@@ -57,7 +57,7 @@ static double named(const build *b, const char *owner, const char *path, double 
     return i >= 0 ? b->p[i] : other;
 }
 
-/* also of bodies whose mass is a formula: a part, and what it leaves of the whole */
+/* also of bodies with a formula for the mass: a part, and the rest of the whole */
 static double carried(const build *b, int joint)
 {
     const mechanism *mech = lab__mechanism(b->lab);
@@ -188,7 +188,7 @@ static void set_limit(build *b, lab_candidate *c, double limit)
     b->unsized = isnan(limit) ? c->effect : b->unsized;
 }
 
-/* the number beside the amount: a range, and what to begin with */
+/* the number beside the amount: a range and a start value */
 static void add_side(build *b, lab_candidate *c, double lo, double value, double hi)
 {
     int param = find(b, c->place, c->effect->side);
@@ -238,7 +238,7 @@ static void add_joint(build *b, const lab_effect *e, int j)
 }
 
 /* The coordinate of the centre along which the body extends: x, unless another one is ten times as
- * long, as that of a rod that hangs. */
+ * long, as for a hanging rod. */
 static int along_body(const build *b, const char *name)
 {
     static const double much = 10.0;

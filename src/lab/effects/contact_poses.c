@@ -75,7 +75,7 @@ stein_status lab__touchings(lab__touching *to, const lab_model *model, stein_err
         def.sample = look;
         def.ctx = &w;
         status = lab_simulate(sim, &def, &why);
-        if (status != STEIN_OK) { // who knows what it touches later
+        if (status != STEIN_OK) { // it may touch other surfaces later
             memset(to, 0, sizeof *to * (size_t)(m->ncontact + m->nnotch));
         }
         status = fit__forgive(status, err);

@@ -1,15 +1,16 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * effects.c - the one table of what a model may get wrong.
+ * effects.c - the table of effects that a model may lack.
  *
- * Equations are those of law.h and model.h: a kind is a term of a law, its parameter the one that
- * is neutral until it is stated. Kinds and places are names that other programs rely on.
- * Laws: viscous, Coulomb and Stribeck friction (Armstrong-Helouvry 1994), Hunt & Crossley (1975)
- * contacts, instruments with gain, offset, lag and a quadratic error.
+ * Equations come from law.h and model.h: a kind is a term of a law; its parameter is neutral until
+ * it is stated. Kinds and places are names that other programs rely on. Laws: viscous, Coulomb and
+ * Stribeck friction (Armstrong-Helouvry 1994), Hunt & Crossley (1975) contacts, instruments with
+ * gain, offset, lag and a quadratic error.
  *
  * A table instead of code per effect: enumerating, testing, fitting, writing and explaining a
  * candidate are then each written once, and a new effect is one entry here and one term of a law.
- * Effects that add a coordinate or a part say so (`needs`): no parameter of the present equations
- * stands for them. Theirs is a number of the mechanism to which lab_candidate_open adds that part.
+ * Effects that add a coordinate or a part are marked (`needs`): the present equations have no
+ * parameter for them. Theirs is a number of the mechanism to which lab_candidate_open adds that
+ * part.
  */
 #include <string.h>
 

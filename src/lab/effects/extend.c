@@ -3,11 +3,11 @@
  *
  *      text --parts of the causes--> text with parts --values, then causes--> p --patch--> file
  *
- * The numbers are those of lab_candidate_apply on the refitted values, so file and diagnosis speak
- * of the same motion. A part brings its amount as a number of its own; every other cause is a
- * number that has its place in the file, or gets it. Only the numbers that differ are written,
- * with fifteen digits, which lose nothing that can be measured. A change half-way is written as it
- * is from then on; one record's own setting is no number of the file.
+ * The numbers result from lab_candidate_apply on the refitted values, so file and diagnosis
+ * describe the same motion. A part has its amount as a separate number; every other cause is a
+ * number that has its place in the file, or gets it. Only changed numbers are written, with fifteen
+ * digits, which is more than can be measured. A change between records is written with its later
+ * value; one record's own setting is no number of the file.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -281,7 +281,7 @@ static void write_data(FILE *f, const lab_diagnosis *d)
     char text[3][SHOWN];
     fprintf(f, "# From %d records, and %d held out", d->nfit, d->nheld);
     if (isfinite(d->gain.ratio)) {
-        fprintf(f, ", on which the error is %s of what it was, 95 %%: %s .. %s",
+        fprintf(f, ", where the error is %s of the former one, 95 %%: %s .. %s",
                 shown(text[0], d->gain.ratio, NULL), shown(text[1], d->gain.lo, NULL),
                 shown(text[2], d->gain.hi, NULL));
     }

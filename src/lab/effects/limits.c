@@ -6,8 +6,8 @@
  *      length = sqrt(M_jj / m)                  its radius of gyration
  *
  * M is the mass matrix at the initial state, w and Q the largest speed and travel of one run.
- * For the piano action these come within a factor of a few of what a maker would call thinkable.
- * They scale the first secant and the weak prior of an amount, nothing else.
+ * For the piano action these agree with a maker's judgement within a factor of a few.
+ * They only scale the first secant and the weak prior of an amount.
  *
  * A kind that is not listed here has no size: NAN, which lab__candidates_at refuses. (Sizes of
  * parts, links and the load are in candidates.c and bind.c, with the numbers beside them.)

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * sites.c - where a part can sit, by the geometry of the mechanism as drawn.
  *
- * The rules are those of structure.c. All lengths are those of the drawing: every coordinate 0,
+ * The rules follow structure.c. All lengths are taken from the drawing: every coordinate 0,
  * where the axes of all bodies are parallel.
  */
 #include <math.h>
@@ -32,7 +32,7 @@ lab__vec lab__drawn(const mechanism *m, int body, lab__vec at)
     return at;
 }
 
-/* what a body carries: the farthest joint on it, else the farthest point that touches something */
+/* children of a body: the farthest joint on it, else the farthest point that touches something */
 static lab__vec carried(const mechanism *m, int body)
 {
     lab__vec most = {0.0, 0.0};

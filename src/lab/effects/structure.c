@@ -3,23 +3,24 @@
  *
  * One table: what is written where, with numbers and names put in for the words after a $. The
  * rest of the file stays, and every number of it keeps its name and its meaning (a body that is cut
- * is still stated as a whole, part_of). So data, overrides and fits apply to the extended
- * mechanism as they are. An amount is a parameter of the new part; 1/amount and the damping follow
- * from it by formulas, also when masses are fitted.
+ * is still stated as a whole, part_of). So data, overrides and fits apply to the extended mechanism
+ * unchanged. An amount is a parameter of the new part; 1/amount and the damping follow from it by
+ * formulas, also when masses are fitted.
  *
  * Assumptions, all of them parameters of the new part:
  *
- *   Which bodies   those that carry the stroke: the one that meets the string and all that it hangs
- *                  on (every body where the file names no stroke).
+ *   Which bodies   those that carry the stroke: the body that meets the string and all its
+ *                  ancestors (every body if the file names no stroke).
  *   Where a link   at 0.42 of the way from its joint to what it carries, the farthest joint or else
  *   bends          the farthest contact point. A uniform bar that is loaded at its end has the
  *                  same slope and deflection there when it bends at 1/3 of its length only
  *                  (F L^2/2EI, F L^3/3EI), one that is bent evenly at 1/2; a link is between.
  *   What lies      the share of a thin uniform bar with the mass, the centre and the inertia of the
  *   beyond         whole, of length sqrt(12 I/m), along the line from the joint through the centre.
- *                  That is where its mass begins: what the two parts weigh and how they share the
- *                  inertia that is not that of their distance is fitted with the amount, since a
- *                  bar that is heavier at its end bends as far with half the compliance.
+ *                  That is where its mass begins: two more numbers are fitted with the amount: the
+ *                  share of the mass, and the share of the inertia without the part from their
+ *                  distance. A bar that is heavier at its end bends as far with half the
+ *                  compliance.
  *   Where an axis  along z, against the weight, as stiff upwards as downwards.
  *   moves
  *   A partner      stands still as drawn: its weight is carried. It moves along the normal of its
@@ -186,7 +187,7 @@ void lab__structure_names(const lab_candidate *c, char name[LAB_NUMBERS][LAB_PLA
 
 /* ---- writing ---- */
 
-/* what stands for the letters of a fragment */
+/* values of the letters of a fragment */
 typedef struct words {
     const char *of[WORDS];
     char number[WORDS][LAB_NUMBER];
@@ -237,7 +238,7 @@ static stein_status cannot(const lab_candidate *c, const char *what, stein_err *
                      what);
 }
 
-/* sides of contacts and notches whose place is written with "on: body" */
+/* sides of contacts and notches with a place that is written with "on: body" */
 static void move_sides(lab__yaml_edit *s, const mechanism *m, int body, const lab__bent *b,
                        const char *part)
 {
@@ -335,7 +336,7 @@ static stein_status carry(lab__yaml_edit *s, const lab_candidate *c, const char 
     return lab__yaml_edit_add_key(s, path, entry, err);
 }
 
-/* a key of the body; one that says 0 is replaced */
+/* a key of the body; an entry of 0 is replaced */
 static stein_status gear(lab__yaml_edit *s, const lab_candidate *c, const char *amount,
                          stein_err *err)
 {
@@ -398,7 +399,7 @@ stein_status lab__structure_text(const lab_candidate *c, double amount, const me
     lab__site list[LAB_SITES];
     const lab__site *site = kind != NULL ? find_site(c, m, list) : NULL;
     if (site == NULL) {
-        return cannot(c, "there is no such place, or it has one already", err);
+        return cannot(c, "the place does not exist, or has one already", err);
     }
     words w = nothing;
     char part[MECH_NAME], joint[8] = "", *points = NULL, entry[2 * MECH_PATH];

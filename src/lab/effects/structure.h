@@ -20,7 +20,7 @@
 
 /* ---- yaml_edit.c ---- */
 
-/** Changes in the text of a YAML file; everything else in it stays as it is. */
+/** Changes in the text of a YAML file; everything else in it is unchanged. */
 typedef struct lab__yaml_edit lab__yaml_edit;
 /** @param text  must outlive the edit. @return OK, EPARSE, ENOMEM */
 stein_status lab__yaml_edit_begin(lab__yaml_edit **s, const char *text, size_t size,
@@ -54,12 +54,13 @@ lab__vec lab__at(const mech_scalar at[3]);
 /** A place in a body's axes as drawn in the frame. */
 lab__vec lab__drawn(const mechanism *m, int body, lab__vec at);
 
-#define LAB__BEND 0.42 /* where a link is likely to bend, of the way to what it carries */
+#define LAB__BEND \
+    0.42 /* place where a link is likely to bend, as a share of the way to its children */
 
 /** Where a link bends, and its part beyond. */
 typedef struct lab__bent {
-    lab__vec at, e; /* in the body's axes; e points to what lies beyond */
-    lab__vec link;  /* along e, as far as what the body carries; at is a share of it */
+    lab__vec at, e; /* in the body's axes; e points to the part beyond */
+    lab__vec link;  /* along e, up to the body's children; at is a share of it */
     lab__vec apart; /* the part's centre from that of the rest */
     double mass;    /* its share */
 } lab__bent;
@@ -84,15 +85,15 @@ enum { LAB_SITES = 32 };
 /** Sites of a kind that needs a part. @return their number */
 int lab__sites(const mechanism *m, const char *kind, lab__site site[LAB_SITES]);
 
-/** What a change of which is exactly that of an armature of joint i: "inertia.yy" of its own body
- *  where nothing turns that, "mass" of what slides level on the frame. NULL: nothing. */
+/** The number with exactly the same effect as an armature of joint i: "inertia.yy" of its body if
+ *  no other joint turns that, "mass" of a body that slides level on the frame. NULL: nothing. */
 const char *lab__same_as_armature(const mechanism *m, int i);
 /** Candidates [n] that are the same as an armature get its name as alias. */
 void lab__note_armatures(lab_candidate *list, int n, const stein_model *m);
 
 /* ---- structure.c ---- */
 
-enum { LAB_NUMBERS = 1 + LAB_SIDES }; /* of a part: the amount and what is beside it */
+enum { LAB_NUMBERS = 1 + LAB_SIDES }; /* of a part: the amount and its side numbers */
 /** Names and units of the numbers of a kind, NULL behind the last one.
  *  @return 0 when the kind needs no part */
 int lab__structure_of(const char *kind, const char *name[LAB_NUMBERS],
@@ -106,7 +107,7 @@ const char *lab__comes_off(const stein_model *m, const char *param);
 void lab__structure_names(const lab_candidate *c, char name[LAB_NUMBERS][LAB_PLACE]);
 /** The text of a mechanism file with the part in it, freed by the caller.
  *  @param m       the mechanism of that text
- *  @param amount  of the effect; its other numbers are those of the candidate
+ *  @param amount  of the effect; its other numbers come from the candidate
  *  @return OK, EINVAL (it cannot sit there), EPARSE, ENOMEM */
 stein_status lab__structure_text(const lab_candidate *c, double amount, const mechanism *m,
                                  const char *text, size_t size, char **out, size_t *nout,
@@ -124,7 +125,7 @@ stein_status lab__extended_text(char **text, const char *file, const lab_diagnos
 typedef struct lab__touching {
     int touch;    /* they do */
     double c, s;  /* cosine and sine of its angle when they touched first */
-    double turns; /* sine of what it turns from there at most */
+    double turns; /* sine of the largest rotation from there */
     double depth; /* largest [m] */
 } lab__touching;
 /** In one run of the file; of one that fails nothing touches.
@@ -134,13 +135,13 @@ stein_status lab__touchings(lab__touching *to, const lab_model *model, stein_err
 
 /* ---- limits.c ---- */
 
-/** What limits come from, by joint [nq] and by channel [nchannel]; units of the joint. */
+/** Sources of limits, by joint [nq] and by channel [nchannel]; units of the joint. */
 typedef struct lab__scales {
     double *weight, *spring, *energy, *speed, *travel, *length, *inertia, *range;
     double *room;     /* memory of all of them */
     double heaviness; /* of the whole tree [N] */
 } lab__scales;
-/** Largest plausible size of an effect; NAN: limits.c does not know its kind.
+/** Largest plausible size of an effect; NAN: limits.c has no entry for its kind.
  *  @param j      joint
  *  @param value  of its parameter in the file */
 double lab__joint_limit(const char *kind, const lab__scales *s, int j);
@@ -158,7 +159,7 @@ typedef struct lab__strokes {
                         stein_err *err);
     void *ctx;
 } lab__strokes;
-/** lab_candidates where parameters p act: what is a share of an effect that was found is one, too.
+/** lab_candidates where parameters p act: a share of an effect that was found is a candidate, too.
  *  @param strokes  NULL: one run with the file's own numbers */
 stein_status lab__candidates_at(lab_candidate **list, int *n, const lab_model *model,
                                 const double *p, const lab__strokes *strokes, stein_err *err);
@@ -181,8 +182,8 @@ stein_status lab__open_with(lab_model **out, const char *file, const lab_candida
                             const lab_options *options, stein_err *err);
 /** lab_candidate_bind of an effect that is a parameter. */
 stein_status lab__bind_parameters(lab_candidate *c, const lab_model *model, stein_err *err);
-/** Leave out every candidate whose direction is that of an earlier one, or nothing at all, and note
- *  the names. @return OK, ENOMEM */
+/** Leave out every candidate that has the direction of an earlier one, or no effect, and note the
+ *  names. @return OK, ENOMEM */
 stein_status lab__aliases(lab_candidate *list, int *n, const lab_model *model, stein_err *err);
 
 #endif

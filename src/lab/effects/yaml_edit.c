@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * yaml_edit.c - entries and words of a YAML file changed in place.
  *
- * libyaml composes the tree and says where every node begins and ends; only there the text
+ * libyaml composes the tree and gives the begin and end of every node; only there the text
  * changes. So comments, order, units and line breaks of the rest stay, as in patch.c:
  *
  *      bodies:                               bodies:
@@ -9,7 +9,7 @@
  *        key: {joint: R y}                     # the lever
  *                                              key: {parent: key_axis, joint: R y}
  *
- * Writing the tree out again would lose all that. Marks count characters, the text is bytes: one
+ * Writing the tree out again would discard all that. Marks count characters, the text is bytes: one
  * table translates.
  */
 #include <stdlib.h>
@@ -100,7 +100,7 @@ void lab__yaml_edit_end(lab__yaml_edit *s)
     free(s);
 }
 
-/* the tree is only read; libyaml's functions want it writable */
+/* the tree is only read; libyaml's functions take it writable */
 static yaml_node_t *node_of(const lab__yaml_edit *s, int id)
 {
     return yaml_document_get_node((yaml_document_t *)&s->doc, id);
@@ -251,7 +251,7 @@ static size_t above_comments(const lab__yaml_edit *s, size_t at, size_t least)
     return at;
 }
 
-/* before the first key of a mapping: in its line, or on one of its own above its comments */
+/* before the first key of a mapping: in its line, or on a separate line above its comments */
 static int put_first(lab__yaml_edit *s, const yaml_node_t *map, const char *entry)
 {
     const yaml_node_t *key = node_of(s, map->data.mapping.pairs.start->key);

@@ -226,7 +226,7 @@ static double go(fit__problem *p, room *m, const double *x, stein_status *status
     double scale = longest > longest_step ? longest_step / longest : 1.0;
     for (int u = 0; u < p->nu; u++) {
         double to = x[u] + scale * m->dx[u], most = p->limit;
-        int bound = is_bounded(&p->unknown[u]);
+        int bound = is_bounded(&p->unknown[u]) && !p->unknown[u].idle; // what is held may be beyond
         m->try_x[u] = bound                               ? fmin(fmax(to, -most), most)
                       : p->unknown[u].kind == FIT__AMOUNT ? fmax(to, p->unknown[u].least)
                                                           : to;

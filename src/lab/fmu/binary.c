@@ -4,9 +4,9 @@
  *   CACHE/VERSION-abiN/fmu-HASH/          sources of the core and of a slave, as in the FMU
  *   CACHE/VERSION-abiN/fmu-HASH/core.o    all of them in one object
  *
- * HASH is of their text and of the compiler's name. What all FMUs share is compiled once; the
- * functions of one version of FMI, the equations and the values - a part of the binary, because an
- * importer need not set what it does not change - are compiled for each FMU beside it.
+ * HASH is of their text and of the compiler's name. Code shared by all FMUs is compiled once; the
+ * functions of one version of FMI, the equations and the values are compiled for each FMU. Values
+ * are part of the binary, because an importer need not set unchanged ones.
  *
  * Only the functions of FMI are visible outside: FMUs of different versions of the library may be
  * loaded into one program.
@@ -107,7 +107,7 @@ static stein_status put_equations(fmu_sources *to, const mechanism *m, stein_err
     return status;
 }
 
-/* a double as C: a whole number without a point would be an int, and -0 lose its sign */
+/* a double as C: a whole number without a point would be an int, and -0 would become 0 */
 static void put_double(FILE *f, double value)
 {
     char text[LAB_NUMBER];
@@ -248,7 +248,7 @@ static stein_status complain(const job *j, int code, stein_err *err)
                      code, line);
 }
 
-/* the compiler, which may bring words of its own, and those of its first task */
+/* the compiler, which may contain options, and the options of its first task */
 static void begin(lab__command *w, const job *j, const char *fixed)
 {
     lab__command_split(w, j->cc);
@@ -268,7 +268,7 @@ static stein_status write_text(const char *path, const char *text, stein_err *er
     return path != NULL ? lab__write_lines(path, lines, err) : lab__no_memory(err);
 }
 
-/* what all mechanisms share, into the cache */
+/* code shared by all mechanisms, into the cache */
 static stein_status write_shared(const job *j, const fmu_sources *sources, stein_err *err)
 {
     char *stein = lab__text("%s/stein", j->folder);
@@ -442,7 +442,7 @@ stein_status fmu__binary(fmu_binary *to, const fmu_sources *sources, int version
     }
     if (status == STEIN_OK) {
         status = link_all(&j, sources, err);
-        if (status == STEIN_ECOMPILE && cached) { // what is in the cache may be damaged: once more
+        if (status == STEIN_ECOMPILE && cached) { // files in the cache may be damaged: once more
             status = compile_core(&j, sources, err);
             status = status == STEIN_OK ? link_all(&j, sources, err) : status;
         }

@@ -22,7 +22,7 @@ static const struct category {
 };
 enum { CATEGORIES = sizeof categories / sizeof *categories };
 
-/* what an importer may ask of it, as co-simulation and for model exchange; closed by NULL */
+/* its capabilities for co-simulation and model exchange; closed by NULL */
 static const char *const slave3[] = {
     "canHandleVariableCommunicationStepSize", "canGetAndSetFMUState",       "canSerializeFMUState",
     "providesDirectionalDerivatives",         "providesAdjointDerivatives", NULL};
@@ -113,7 +113,7 @@ static void put_experiment(FILE *f, const stein_model *m)
 
 /* ---- variables ---- */
 
-/* "" where the version has no such attribute for it */
+/* "" if this version has no attribute for it */
 static const char *initial_of(const fmu_variable *v, int version)
 {
     switch (v->causality) {
@@ -136,7 +136,7 @@ static void put_common(FILE *f, const fmu_variable *v, int version)
     }
 }
 
-/* what belongs to the type; a derivative is of a value reference in FMI 3, of a place in FMI 2 */
+/* attributes of the type; a derivative is of a value reference in FMI 3, of a place in FMI 2 */
 static void put_type(FILE *f, const fmu_list *list, const fmu_variable *v, int version)
 {
     if (v->boolean) {
@@ -176,7 +176,7 @@ static void put_variable(FILE *f, const fmu_list *list, const fmu_variable *v, i
 
 /* Which inputs an output follows at once, and which states; in FMI 3 parameters count as well, and
  * all of them may matter. Without an attribute everything would depend on everything, and importers
- * would see loops where there are none. */
+ * would find loops that do not exist. */
 static void put_dependencies(FILE *f, const fmu_list *list, const fmu_variable *v, int version)
 {
     const char *blank = "";
@@ -207,8 +207,8 @@ static void put_unknown(FILE *f, const fmu_list *list, int i, int version, const
     fputs("/>\n", f);
 }
 
-/* the variables of one part of the structure: outputs, derivatives of states, what is unknown at
- * the start (outputs, states and their derivatives), event indicators */
+/* the variables of one part of the structure: outputs, derivatives of states, initial unknowns
+ * (outputs, states and their derivatives), event indicators */
 typedef enum { OUTPUTS, RATES, UNKNOWN, INDICATORS } part;
 
 static int is_in(const fmu_variable *v, part of)

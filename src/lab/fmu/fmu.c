@@ -6,7 +6,7 @@
  *      documentation/licenses/license.txt
  *      sources/                buildDescription.xml, all of the C, the headers in stein/
  *
- * Description and binary know that they belong together by a token: a hash of all the text that
+ * A token shows that description and binary belong together: a hash of all the text that
  * both are made of. So the same mechanism gives the same token, and the same bytes.
  */
 #include <stdlib.h>
@@ -16,7 +16,7 @@
 
 enum { TOKEN = 40 };
 
-/* what goes into an archive */
+/* contents of an archive */
 typedef struct parts {
     fmu_list list;
     fmu_sources sources;
@@ -130,7 +130,7 @@ static stein_status write_archive(const char *path, const parts *p, size_t *byte
     return status;
 }
 
-/* each for a machine of its own */
+/* each for another machine */
 static stein_status compile(parts *p, int version, const char *const *cc, int ncc,
                             const lab_options *options, stein_err *err)
 {
@@ -183,10 +183,11 @@ stein_status lab_fmu_for(const char *path, const lab_model *model, int version,
         return lab__fail(err, STEIN_EINVAL, "FMI %d: expected 2 or 3", version);
     }
     if (lab_equations(model)->nball > 0) {
-        return lab__fail(err, STEIN_EINVAL,
-                         "no FMU of \"%s\": it has a body that turns in all directions, whose "
-                         "coordinates are changed on the way; who imports an FMU could not do that",
-                         lab_equations(model)->name);
+        return lab__fail(
+            err, STEIN_EINVAL,
+            "no FMU of \"%s\": it has a body that turns in all directions, with coordinates that "
+            "are changed during the motion; an importer of an FMU cannot do that",
+            lab_equations(model)->name);
     }
     if (ncc < 1 || ncc > FMU_BINARIES) {
         return lab__fail(err, STEIN_EINVAL, "an FMU for %d machines: expected 1 to %d", ncc,

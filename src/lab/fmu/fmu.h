@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * fmu.h - what the files of this folder share.
+ * fmu.h - shared by the files of this folder.
  *
  *   fmu.c         the FMU put together
  *   variables.c   its variables, of both versions  variable_text.c      what they are, in words
  *   description.c modelDescription.xml             xml.c        escaped texts, units
  *   binary.c      core, equations, FMI -> .so, .dll zip.c        the archive
  *
- * The sources of the FMI side are in src/fmi; make puts them, and those of the core, into the
+ * The sources of the FMI side are in src/fmi; make puts them and the sources of the core into the
  * program as text.
  * Included by: this folder.
  */
@@ -58,7 +58,7 @@ int fmu__depends(const stein_model *model, const fmu_variable *output, const fmu
 char *fmu__words_channel(const fmu_list *list, int channel);
 char *fmu__words_input(const fmu_list *list, int input, const char *what);
 char *fmu__words_param(const fmu_list *list, int param);
-/** What the file states of an entry of a section, or NULL. */
+/** Text of the file about an entry of a section, or NULL. */
 const char *fmu__about(const mechanism *m, const char *section, const char *entry);
 
 /* ---- xml.c ---- */
@@ -83,7 +83,7 @@ void fmu__describe_build(FILE *f, const fmu_list *list, const char *const *sourc
 /* ---- binary.c ---- */
 
 enum { FMU_SOURCES = 64, FMU_PLATFORM = 32, FMU_BINARIES = 16 };
-/** What is compiled, as it lies in the folder sources of the FMU. */
+/** Sources that are compiled, in the folder sources of the FMU. */
 typedef struct fmu_sources {
     char *name[FMU_SOURCES + 1], *text[FMU_SOURCES + 1]; /* owned */
     int n;
@@ -98,14 +98,14 @@ void fmu__sources_free(fmu_sources *sources);
 unsigned long long fmu__hash(unsigned long long h, const char *text);
 /** The lines of a file as one text; NULL without memory. */
 char *fmu__joined(const char *const *lines);
-/** What a compiler makes of them. */
+/** Result of a compiler. */
 typedef struct fmu_binary {
     char *bytes; /* owned */
     size_t size;
     char platform[FMU_PLATFORM]; /* name of the folder in binaries */
     const char *ending;          /* "so", "dll" */
 } fmu_binary;
-/** Compile them. @param cc  compiler, with words of its own  @return OK, EIO, ENOMEM, ECOMPILE */
+/** Compile them. @param cc  compiler, with options  @return OK, EIO, ENOMEM, ECOMPILE */
 stein_status fmu__binary(fmu_binary *to, const fmu_sources *sources, int version, const char *cc,
                          const lab_options *options, stein_err *err);
 /** Options that the sources need for the same bits with every compiler. */

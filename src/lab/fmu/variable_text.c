@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * variable_text.c - what a variable is, for users who connect FMUs: the words of the file
- * where it has some, else what its place in the file states.
+ * variable_text.c - descriptions of variables, for users of FMUs: the text of the file, or a text
+ * from its place in the file.
  */
 #include <stdlib.h>
 #include <string.h>

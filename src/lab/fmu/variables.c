@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * variables.c - the variables of an FMU: what the mechanism shows, takes and is made of.
+ * variables.c - the variables of an FMU: outputs, inputs, states and numbers of the mechanism.
  *
  *      time                      independent      the mechanism's outputs     output
  *      NAME                      input            a force
@@ -70,7 +70,7 @@ int fmu__depends(const stein_model *model, const fmu_variable *output, const fmu
     int is_echo =
         c->read == STEIN_READ_INPUT ||
         (c->read == STEIN_READ_INPUT_FORCE && model->inputs[c->index].kind != STEIN_INPUT_MOTION);
-    if (is_echo) { // an input as it is
+    if (is_echo) { // an input without change
         return c->index == input->is.index && input->is.order == 0;
     }
     return in->kind == STEIN_INPUT_MOTION ? input->is.order <= reach_of(c->read)

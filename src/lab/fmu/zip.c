@@ -3,9 +3,9 @@
  *
  *      header | bytes    for every file        directory: an entry for every file | end
  *
- * The same files give the same bytes: no time but the first one that a ZIP can tell, no attributes,
- * files in the order in which they are added. (Debian's libraries for archives either bring a dozen
- * others, or, like minizip 1.1, end the program when memory does.)
+ * The same files give the same bytes: the earliest time of ZIP, no attributes, files in the order
+ * in which they are added. (Debian's libraries for archives either bring a dozen others, or, like
+ * minizip 1.1, end the program when memory does.)
  */
 #include <stdint.h>
 #include <stdlib.h>
@@ -34,7 +34,7 @@ enum {
     STORED = 0,
     DEFLATED = 8,
     FIRST_DATE = 0x0021, /* 1980-01-01 */
-    RAW = -15,           /* window bits: deflate without a header of its own */
+    RAW = -15,           /* window bits: deflate without a header */
     MEMORY_LEVEL = 8
 };
 static const size_t most = 0x7fffffff; /* sizes are of 32 bits */
@@ -77,7 +77,7 @@ static void put_number(fmu_zip *z, buffer *b, uint32_t value, int bytes)
 
 /* ---- files ---- */
 
-/* what header and directory say of a file alike */
+/* common fields of header and directory */
 typedef struct entry {
     uint32_t method, sum, packed, size;
 } entry;
@@ -177,7 +177,7 @@ stein_status fmu__zip_write(fmu_zip *z, const char *path, size_t *bytes, stein_e
     uint32_t at = (uint32_t)b->size, size = (uint32_t)z->directory.size;
     put(z, b, z->directory.bytes, z->directory.size);
     put_number(z, b, END_MARK, 4);
-    put_number(z, b, 0, 2); // this disk and that of the directory
+    put_number(z, b, 0, 2); // this disk and the directory's disk
     put_number(z, b, 0, 2);
     put_number(z, b, z->n, 2);
     put_number(z, b, z->n, 2);

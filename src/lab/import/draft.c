@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * draft.c - the parts of a mechanism that is imported, their names, and notes of what is left out.
+ * draft.c - the parts of an imported mechanism, their names, and notes of omissions.
  */
 #include "draft.h"
 

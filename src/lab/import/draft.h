@@ -24,7 +24,7 @@ enum {
 /** Speed below which dry friction falls to 0 [rad/s or m/s]. */
 #define DRAFT_SMOOTH 0.05
 
-/** What an initial position says: nothing, that it stays, or where loops begin to be closed. */
+/** Meaning of an initial position: nothing, that it stays, or where loops begin to be closed. */
 typedef enum { DRAFT_UNSAID, DRAFT_STATED, DRAFT_GUESSED } draft_start;
 
 /** A body and the joint that carries it. */
@@ -108,7 +108,7 @@ typedef struct draft {
 
 /* ---- draft.c ---- */
 
-/** Say that something is left out or changed. */
+/** Report that something is left out or changed. */
 void draft_note(draft *d, const char *format, ...) __attribute__((format(printf, 2, 3)));
 /** Fail with "file:line:column: ..."; the first failure stays. @return EPARSE */
 stein_status draft_wrong(draft *d, const xml_node *at, const char *format, ...)
@@ -116,7 +116,7 @@ stein_status draft_wrong(draft *d, const xml_node *at, const char *format, ...)
 /** Children that are not in `known` (" a b ") are reported. @param where  of what they are */
 void draft_note_others(draft *d, const xml_node *node, const char *known, const char *where);
 
-/** What names have to differ from. */
+/** Names in use. */
 typedef enum { DRAFT_PART, DRAFT_OUTPUT, DRAFT_POINT } draft_names;
 /** A name that a mechanism file takes, like the label: letters, digits and _, no word of C, unique.
  *  @param what   "body"; a change is reported with it. NULL: it is not
@@ -145,7 +145,7 @@ double draft_number(draft *d, const xml_node *at, const char *text);
  */
 int draft_numbers(draft *d, const xml_node *at, double *x, int most);
 
-/* ---- frames.c: rotations are row-major, from the axes of a frame to those of what holds it ----
+/* ---- frames.c: rotations are row-major, from the axes of a frame to the axes of its parent ----
  */
 
 void frame_multiply(const double A[9], const double B[9], double C[9]);
@@ -153,13 +153,13 @@ void frame_turn(const double A[9], const double x[3], double y[3]);
 void frame_transpose(const double A[9], double B[9]);
 /** Rz(yaw) Ry(pitch) Rx(roll); multiples of 90 deg are exact. */
 void frame_rotation(const double rpy[3], double R[9]);
-/** Inertia xx yy zz xy xz yz in axes that T turns to those of the body. */
+/** Inertia xx yy zz xy xz yz in axes that T turns to the body's. */
 void frame_mass(draft_body *b, const double T[9], const double inertia[6]);
 /** Inertia of a point mass about the origin, added to xx yy zz xy xz yz. */
 void frame_point(double inertia[6], double mass, const double x[3]);
 /** A part, in axes and from the origin of the body, becomes one body with it. */
 void frame_join(draft_body *to, const draft_body *part);
-/** The axis of a joint along `direction`, in axes that C turns to those of the body; `joint->at` is
+/** The axis of a joint along `direction`, in axes that C turns to the body's; `joint->at` is
  *  known. Where it is askew, `parent` becomes the last of the hinges that are held before it, and
  *  `at` and C are those behind them. */
 void frame_axis(draft *d, const xml_node *at, const char *label, const double direction[3],

@@ -1,12 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * frames.c - frames that are turned against each other, for a mechanism file that has no such
- * turns.
+ * frames.c - rotated frames, for a mechanism file, which has none.
  *
  * All bodies of a mechanism file have parallel axes while all joints are at 0. So a body of a draft
- * has the axes of the root at 0, and a rotation C from those of its frame in the other program
- * turns its centre, its inertia and its joints once, here. That serves while the axis of a joint is
- * parallel to x, y or z of the root. One that is askew hangs on hinges about z, y, x that are held
- * at the angles of its frame, after which C is that of the frame again.
+ * has the axes of the root at 0. A rotation C from its frame in the other program is applied once,
+ * here, to its centre, inertia and joints. That serves while the axis of a joint is parallel to x,
+ * y or z of the root. An oblique axis is carried by hinges about z, y, x that are held at the
+ * angles of its frame; after them C is the frame's rotation.
  */
 #include <math.h>
 #include <string.h>
@@ -163,7 +162,7 @@ static int along(const double a[3], int *sign)
     return -1;
 }
 
-/* a frame whose x is along a: the columns of B */
+/* a frame with x along a: the columns of B */
 static void frame_along(const double a[3], double B[9])
 {
     int least = fabs(a[0]) <= fabs(a[1]) && fabs(a[0]) <= fabs(a[2]) ? 0

@@ -18,7 +18,7 @@ static void on_warning(void *ctx, const char *message)
     }
 }
 
-/* what was written is read before anybody else does it: a file may hold what no body can have */
+/* the written file is read again here: a file may hold what no body can have */
 static stein_status check(draft *d, const char *name, const char *text, size_t size)
 {
     mechanism *m = NULL;

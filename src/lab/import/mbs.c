@@ -15,8 +15,8 @@
  *
  * A cut closes a loop: ball: the points meet; rod: they keep a distance; solid: the axes of both
  * bodies are parallel as well. The project removes redundant conditions by `ignore`; here all are
- * written, since those that say nothing new do no harm. Independent joints keep their initial
- * position, that of dependent ones is where the search for a closed position begins.
+ * written, since redundant ones do no harm. Independent joints keep their initial position; for
+ * dependent ones it is the start value of the search for a closed position.
  */
 #include <stdlib.h>
 #include <string.h>

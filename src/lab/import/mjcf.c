@@ -8,12 +8,12 @@
  *     equality:  connect, weld, joint
  *     actuator:  motor...
  *
- * The joints of a body follow each other; each is at a place of its own in the frame of the body.
- * In a draft each carries a body whose origin is there. A body without a joint is part of what
- * carries it, and a point there. Axes: frames.c. Attributes that an element does not have are
- * those of its class: `class` of its own, or `childclass` of the nearest body around it.
+ * The joints of a body follow each other; each has its place in the frame of the body.
+ * In a draft each carries a body with its origin there. A body without a joint is part of its
+ * parent, and a point there. Axes: frames.c. Missing attributes of an element come from its class:
+ * its `class`, or `childclass` of the nearest body around it.
  *
- * Mass and inertia are those of <inertial>, otherwise of the geoms: mjcf_geoms.c.
+ * Mass and inertia come from <inertial>, otherwise from the geoms: mjcf_geoms.c.
  */
 #include "mjcf.h"
 
@@ -122,7 +122,7 @@ static void of_euler(const mjcf *m, const double angle[3], double R[9])
     }
 }
 
-/* x, and y as far as it is normal to x */
+/* x, and the part of y normal to x */
 static void of_axes(const double given[6], double R[9])
 {
     double x[3], y[3], size = 0.0, along = 0.0, rest = 0.0;
@@ -225,7 +225,7 @@ static char kind_of(const mjcf *m, const xml_node *node)
     return 'R';
 }
 
-/* @param b  the frame of the body; it moves to that of the draft's new body behind the joint
+/* @param b  the frame of the body; it moves to the new body of the draft behind the joint
  * @param at  where the frame is, in the axes of `parent` */
 static void take_joint(mjcf *m, const xml_node *node, mjcf_body *b, int *parent, double at[3])
 {
@@ -301,8 +301,8 @@ static void note_body(mjcf *m, const xml_node *node, const mjcf_body *b)
     }
 }
 
-/* The body of the last joint has the mass. Without a joint it is part of what carries the body, or
- * of the frame, where it does not matter; its origin is a point there. */
+/* The body of the last joint has the mass. Without a joint it is part of the body's parent, or of
+ * the frame, where it has no effect; its origin is a point there. */
 static void take_carrier(mjcf *m, const xml_node *node, mjcf_body *b, int carrier,
                          const double at[3], int jointed)
 {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * mjcf.h - what the files that read a model of MuJoCo share.
+ * mjcf.h - shared by the files that read a model of MuJoCo.
  *
  *   mjcf.c  attributes, joints, bodies    mjcf_geoms.c  mass and inertia
  *   mjcf_rest.c  equalities, actuators, what is left out
@@ -16,9 +16,9 @@ typedef struct mjcf_body {
     const xml_node *node;
     int body;    /* of the draft that carries it; -1: the frame */
     double o[3]; /* [m] its origin, in the axes of that from its origin */
-    double C[9]; /* from its axes to those of that */
+    double C[9]; /* from its axes to the parent's */
     double X[3]; /* [m] its origin while all joints are at their reference, in the world */
-    double W[9]; /* from its axes to those of the world, likewise */
+    double W[9]; /* from its axes to the world's, likewise */
 } mjcf_body;
 
 typedef struct mjcf {
@@ -40,13 +40,13 @@ const char *mjcf_text(const mjcf *m, const xml_node *node, const char *name);
 int mjcf_numbers(const mjcf *m, const xml_node *node, const char *name, double *x, int least,
                  int most);
 double mjcf_number(const mjcf *m, const xml_node *node, const char *name, double otherwise);
-/** From the axes of an element to those of what holds it. */
+/** From the axes of an element to its parent's. */
 void mjcf_orientation(const mjcf *m, const xml_node *node, double R[9]);
 
-/** Mass, centre and inertia of a body by <inertial> or by its geoms, in axes and from the origin of
- *  what carries it. @param to  has them then */
+/** Mass, centre and inertia of a body by <inertial> or by its geoms, in its parent's axes and from
+ *  its parent's origin. @param to  has them then */
 void mjcf_mass(mjcf *m, const xml_node *node, const mjcf_body *b, draft_body *to);
-/** Equalities, actuators, and notes of what else there is. */
+/** Equalities, actuators, and notes of other elements. */
 void mjcf_rest(mjcf *m);
 
 #endif

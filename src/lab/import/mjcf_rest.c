@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * mjcf_rest.c - equalities and actuators of a MuJoCo model, and what is left out.
+ * mjcf_rest.c - equalities and actuators of a MuJoCo model, and omissions.
  */
 #include "mjcf.h"
 

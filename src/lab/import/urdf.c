@@ -7,7 +7,7 @@
  *                      dynamics damping friction; mimic joint multiplier offset
  *
  * Frames are turned against each other by rpy: R = Rz(yaw) Ry(pitch) Rx(roll); see frames.c.
- * A link on a fixed joint is part of what carries it, and a point there.
+ * A link on a fixed joint is part of its parent, and a point there.
  *
  * Angles of rpy within 1e-3 of a multiple of 90 deg, as 1.57 is, are taken as that multiple.
  */
@@ -26,7 +26,7 @@ typedef struct urdf_link {
     const xml_node *joint; /* that carries it, NULL: the root */
     int body;              /* of the draft; -1: the frame, -2: not yet */
     double o[3];           /* [m] origin of the link, in the axes of the body from its origin */
-    double C[9];           /* from the axes of the link to those of the body, row-major */
+    double C[9];           /* from the axes of the link to the body's, row-major */
 } urdf_link;
 
 typedef struct urdf_robot {
@@ -94,7 +94,7 @@ static urdf_link *find_link(urdf_robot *r, const char *label)
     return NULL;
 }
 
-/* mass, centre and inertia: from the axes of <inertial> by those of the link to those of the body
+/* mass, centre and inertia: from the axes of <inertial> by the link's to the body's
  */
 static void take_inertial(urdf_robot *r, const urdf_link *l, draft_body *b)
 {
@@ -201,7 +201,7 @@ static char kind_of(const char *type)
     return 0;
 }
 
-/* a link on a fixed joint is part of what carries it, or of the frame, where it does not matter;
+/* a link on a fixed joint is part of its parent, or of the frame, where it has no effect;
  * its origin is a point there */
 static void take_fixed(urdf_robot *r, urdf_link *l, int carrier, const double at[3])
 {
@@ -365,7 +365,7 @@ static void take_root(urdf_robot *r)
     }
 }
 
-/* parents before children; every pass takes all whose parent is there */
+/* parents before children; every pass takes all links that have their parent already */
 static void take_links(urdf_robot *r)
 {
     draft *d = r->d;

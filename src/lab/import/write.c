@@ -131,7 +131,7 @@ static double inertia_of(const draft *d, int body, int all)
 }
 
 /* Stops on which the body swings with 100 Hz. The reader chooses that stiffness by the body alone;
- * where that resists nothing, it is chosen here by all that it carries. A body that carries nothing
+ * where that has no inertia, it is chosen here by the carried bodies. A body that carries nothing
  * either is refused for that. */
 static void write_limits(FILE *f, const draft *d, int body)
 {

@@ -77,7 +77,7 @@ static void XMLCALL on_end(void *ctx, const XML_Char *name)
     reading *r = ctx;
     (void)name;
     if (r->status != STEIN_OK) {
-        return; // a parser that is told to stop where <a/> begins tells its end all the same
+        return; // a parser that is stopped where <a/> begins reports its end all the same
     }
     char *text = r->at->text;
     size_t begin = strspn(text, " \t\r\n"), end = strlen(text);

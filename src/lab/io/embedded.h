@@ -18,7 +18,7 @@ static inline int lab__is_c(const char *name)
     size_t n = strlen(name);
     return n > 2 && strcmp(name + n - 2, ".c") == 0;
 }
-/** What is compiled beside equations, what a page is made of, what makes an FMU of them; the
+/** Sources that are compiled beside equations, files of a page, sources of an FMU; the
  *  mechanism file to begin with. */
 extern const lab__source lab__core_files[], lab__page_files[], lab__fmu_files[],
     lab__starter_files[];

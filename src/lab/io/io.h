@@ -52,8 +52,8 @@ char *lab__number(char *text, double value);
  *  against intent. */
 unsigned long long lab__hash(unsigned long long hash, const void *bytes, size_t n);
 
-/** A stream into a new text, as open_memstream gives one, which however forgets that it could not
- *  grow and goes on with a hole. @param text  out: the text, from lab__text_close on
+/** A stream into a new text, like open_memstream, whose stream continues with a hole after it could
+ *  not grow. @param text  out: the text, from lab__text_close on
  *  @return NULL without memory */
 FILE *lab__text_open(char **text);
 /** End a text that was written with lab__text_open.
@@ -107,7 +107,7 @@ void lab__json_null(lab__json *j, const char *key);
 /* ---- process.c ---- */
 
 /** Run a program found in PATH and wait for it; its output goes to the file `log`.
- *  @param code  its exit code; 127 when there is no such program, 128 + n when signal n ended it
+ *  @param code  its exit code; 127 when the program is missing, 128 + n when signal n ended it
  *  @return OK, EIO */
 stein_status lab__spawn(char *const argv[], const char *log, int *code, stein_err *err);
 
@@ -119,12 +119,12 @@ typedef struct lab__command {
 /** One word more, which is the list's from now on; NULL, or no memory, makes lab__command_run fail.
  */
 void lab__command_add(lab__command *words, char *word);
-/** All words of a text, between its blanks: a compiler may bring words of its own ("ccache gcc").
+/** All words of a text, between its blanks: a compiler may contain options ("ccache gcc").
  */
 void lab__command_split(lab__command *words, const char *text);
 /** lab__spawn them and free them, in any case. @return OK, EIO, ENOMEM */
 stein_status lab__command_run(lab__command *words, const char *log, int *code, stein_err *err);
-/** The first line of a compiler's log that tells of an error; "" when there is none. */
+/** The first line of a compiler's log that reports an error; "" when there is none. */
 void lab__first_error(const char *log, char *text, int size);
 
 /* ---- record.c ---- */

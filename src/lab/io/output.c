@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * output.c - messages, numbers, and files that appear whole or not at all.
  *
- * Who reads a result while it is written, or after a full disk, must not find half of it under the
- * final name. So a file is written beside its place and renamed when it is complete. What is no
- * ordinary file (a device, a pipe) cannot be replaced and is written directly.
+ * A reader must not find half of a result under the final name, neither while it is written nor
+ * after a full disk. So a file is written beside its place and renamed when it is complete. A
+ * device or a pipe cannot be replaced and is written directly.
  */
 #define _GNU_SOURCE /* realpath, fopencookie */
 #include <errno.h>
@@ -340,7 +340,7 @@ stein_status lab__read_file(const char *path, char **text, size_t *size, stein_e
             t = more;
         }
     }
-    if (ferror(f)) { // a folder, say
+    if (ferror(f)) { // a folder, for example
         lab__fail(err, STEIN_EIO, "%s cannot be read: %s", path, strerror(errno));
         fclose(f);
         free(t);

@@ -2,8 +2,7 @@
  * record.c - samples of all output channels, in memory and as CSV.
  *
  * One block of doubles, row by row, that doubles when it is full: a stroke of 0.3 s at every step
- * is 3 MB. The CSV form is that of measured data, so a simulated stroke can stand in for a measured
- * one.
+ * is 3 MB. The CSV has the form of measured data, so a simulated stroke can replace a measured one.
  */
 #include <math.h>
 #include <stdlib.h>

@@ -4,7 +4,7 @@
  * .npy, version 1.0: one line of Python that describes the rows, then the rows. Channels are the
  * fields of a structured array, r["time"].
  *
- * .mat, level 5, not compressed: every channel a column of its own, `units` a struct with a text
+ * .mat, level 5, not compressed: every channel a separate column, `units` a struct with a text
  * for each channel, `notes` a text of "name: value" lines. An element is a tag (type, bytes), its
  * data, and zeros up to a multiple of 8.
  */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * curve.h - what the files of the search for an unknown law share.
+ * curve.h - shared by the files of the search for an unknown law.
  *
  *   curve.c          which law, of what, and where explains what is left
  *   curve_site.c     where a law could sit, and the states that the strokes visit there
@@ -41,7 +41,7 @@ typedef struct diag__curve {
     double *x, *r; /* [nu], [rows]; one block */
     double *sd;    /* [np] of the parameters, in x */
     double gain;   /* linear; then of the fit: fall of -2 ln marginal likelihood */
-    double price;  /* of the fit's freedom: what of -2 ln p is the curve's prior and logdet */
+    double price;  /* of the fit's freedom: part of -2 ln p from the curve's prior and logdet */
     double cov[CURVE_POINTS * CURVE_POINTS];
     double excess; /* factor on variances where the noise is not stated */
     int fitted;
@@ -53,7 +53,7 @@ typedef struct diag__tables {
     int nsite;
     lab_model *model;
     lab_fit_def def;
-    const char **name; /* free: those of the null hypothesis, then all values */
+    const char **name; /* free: unknowns of the null hypothesis, then all values */
     char *names;
     double *name_sd; /* assumed tolerances, 0: none */
 } diag__tables;
@@ -82,7 +82,7 @@ typedef struct diag__laws {
 
 /* ---- curve.c ---- */
 
-/** Laws that explain what the null hypothesis leaves, fitted; the best one first.
+/** Laws that explain the residual of the null hypothesis, fitted; the best one first.
  *  @return OK (n 0: none), ENOMEM; free in any case */
 stein_status diag__laws_find(diag__problem *q, const diag__row *null, diag__laws *l,
                              stein_err *err);
@@ -157,7 +157,7 @@ stein_status diag__curve_derive(fit__problem *p, int first, int end, const doubl
 
 /* ---- curve_reduce.c ---- */
 
-/** Gains of all curves (c[i] of site i) to first order where the fit without a law stands.
+/** Gains of all curves (c[i] of site i) to first order at the fit without a law.
  *  @return OK, ENOMEM */
 stein_status diag__curve_scores(diag__curves *w, diag__curve *c, stein_err *err);
 
@@ -180,11 +180,11 @@ void diag__curve_free_only(diag__curves *w, const diag__site *s);
 
 /** The largest gain first. */
 void diag__curve_sort(diag__curve *c, int n);
-/** With the degrees of freedom of the null fit: those of a curve are in its prior. */
+/** With the degrees of freedom of the null fit: the points of a curve are in its prior. */
 double diag__curve_chi2_dof(const diag__curves *w, const diag__curve *c);
 /** The laws into o; if the first one is accepted beside the judgement, it becomes the verdict.
  *  @param reporting  records that no fit has read; n 0: none
- *  @param before, after  of the report; after is that of the law where it is accepted
+ *  @param before, after  of the report; after belongs to the law if it is accepted
  *  @return OK, ENOMEM */
 stein_status diag__law_judge(diag__laws *l, const diag__judgement *j, const diag__row *best,
                              const lab_dataset *reporting, const diag__reported *before,

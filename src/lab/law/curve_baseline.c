@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * curve_baseline.c - the fit without a law from which curves begin, and what curves would change
+ * curve_baseline.c - the fit without a law from which curves begin, and the derivatives of curves
  * there.
  *
  * A fit without the law is biased: strokes that escape at a wrong moment are compensated by their

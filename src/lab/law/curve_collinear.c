@@ -3,9 +3,9 @@
  *
  * A joint's spring is a straight line over its position: more stiffness and a curve that subtracts
  * it change nothing, and the data determine their sum only. Numerical differences of the two do not
- * cancel exactly; since the events of a stroke depend on a torque to 1 part in 10^5, what is left
- * of them is a direction that seems determined. So the column of such a number is made of those of
- * the curve,
+ * cancel exactly; since the events of a stroke depend on a torque to 1 part in 10^5, their
+ * remainder is a direction that seems determined. So the column of such a number is computed from
+ * the columns of the curve,
  *
  *      dr/dp = sum_k dT/dp(x_k) dr/df_k      T: torque or force in the joint at the points x_k
  *

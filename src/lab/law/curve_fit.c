@@ -50,9 +50,9 @@ static stein_status fit_from_null(diag__curves *w, diag__curve *c, int held, ste
     return fit__forgive(end, err);
 }
 
-/* A curve that was fitted while the observer held may be bent where the records tell little, and a
- * free fit does not always straighten it. Where it leaves more than noise, the free fit of the same
- * start is made as well, and the better one stays. */
+/* A curve that was fitted under the observer may be distorted where the records have little
+ * information, and a free fit does not always correct it. Where it leaves more than noise, the free
+ * fit of the same start is made as well, and the better one stays. */
 stein_status diag__curve_fit(diag__curves *w, diag__curve *c, stein_err *err)
 {
     diag__curve other = *c;
@@ -83,13 +83,13 @@ static stein_status settle(diag__fitting *t, stein_err *err)
 }
 
 /* The fit without the law explains part of it by scatter of friction and drive. With the law,
- * scatter is estimated again from what is left, and the band of the law is narrower. */
+ * scatter is estimated again from the residual, and the band of the law is narrower. */
 static stein_status scatter_anew(diag__fitting *t, stein_err *err)
 {
     fit__problem *p = &t->w->p;
     double D[LAB_SCATTERS], objective, *sd = malloc(sizeof *sd * ((size_t)p->np + 1));
     stein_status status = sd != NULL ? STEIN_OK : lab__no_memory(err);
-    if (status == STEIN_OK) { // J is that of the last round, which has hardly moved
+    if (status == STEIN_OK) { // J is from the last round, which has hardly moved
         status = diag__likelihood(p, t->c->x, t->J, t->c->r, D, sd, &objective, err);
     }
     for (int i = 0; status == STEIN_OK && i < LAB_SCATTERS; i++) {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * curve_fitting.h - what the fits of a curve share.
+ * curve_fitting.h - shared by the fits of a curve.
  *
  *   curve_reduce.c  a curve with all other unknowns eliminated
  *   curve_collinear.c    numbers that move a stroke exactly as a curve does
@@ -20,7 +20,7 @@ typedef struct diag__globals {
     gsl_vector *g;
     const int *row; /* as in fit__normal, which has to outlive this */
 } diag__globals;
-/** From those of all unknowns, whose factors of the strokes n->BL and n->X it makes.
+/** From the columns of all unknowns. It computes the factors of the strokes n->BL and n->X.
  *  @return OK, ENOMEM; diag__globals_free in any case */
 stein_status diag__globals_of(fit__normal *n, const fit__problem *p, diag__globals *o,
                               stein_err *err);
@@ -33,21 +33,21 @@ typedef struct diag__others {
     gsl_matrix *X; /* S_pp^-1 S_pf */
     gsl_vector *g; /* S_pp^-1 g_p */
 } diag__others;
-/** M and c of a curve that stands at x.
+/** M and c of a curve at x.
  *  @return OK, ENOMEM, ESINGULAR; diag__others_free in any case */
 stein_status diag__reduce(const diag__curves *w, const diag__site *s, const diag__globals *o,
                           const double *x, diag__others *t, diag__reduced *q, stein_err *err);
 void diag__others_free(diag__others *o);
-/** Prior of the largest marginal likelihood, as diag__curve_choose, of a curve that stands at x
- * with residuals r. @return factor on variances that belongs to it: 1 where the noise is
- * stated */
+/** Prior of the largest marginal likelihood, as diag__curve_choose, of a curve at x with residuals
+ * r. @return factor on variances that belongs to it: 1 where the noise is stated */
 double diag__curve_choose_noise(const diag__curves *w, const diag__site *s, const double *x,
                                 const double *r, diag__reduced *q);
 void diag__temper(diag__reduced *q, double excess);
 
 /* ---- curve_collinear.c ---- */
 
-/** Derivatives J at x where a parameter does what the curve of a joint does: those of the curve.
+/** Derivatives J at x with a parameter that has the effect of the curve of a joint: those of the
+ * curve.
  *  @return OK, ENOMEM */
 stein_status diag__same_as_curve(const diag__curves *w, const diag__site *s, const double *x,
                                  double *J, stein_err *err);
@@ -64,7 +64,7 @@ typedef struct diag__fitting {
     double *try_x, *try_r, *was_x, *was_r, *dx; /* [nu], [rows] */
     double objective;                           /* of the round: chi2, priors and penalty */
     double damping;
-    double worth; /* gain of a round over whole strokes that leads to another one */
+    double worth; /* gain of a round over whole strokes from which on another round follows */
 } diag__fitting;
 /** Room, and nothing but this curve moves. @return OK, ENOMEM: there is nothing to end */
 stein_status diag__fitting_begin(diag__fitting *t, diag__curves *w, diag__curve *c, stein_err *err);
@@ -72,11 +72,11 @@ stein_status diag__fitting_begin(diag__fitting *t, diag__curves *w, diag__curve 
  */
 stein_status diag__fitting_begin_at(diag__fitting *t, diag__curves *w, diag__curve *c,
                                     const double *x, stein_err *err);
-/** What the fit is worth: c->fitted, gain and price. */
+/** Value of the fit: c->fitted, gain and price. */
 void diag__fitting_weigh(diag__fitting *t, stein_status end);
 void diag__fitting_end(diag__fitting *t);
-/** Rounds until one brings little, while an observer with that gain holds (0: free).
- *  @param known  1: c->r and the derivatives are those of the fit without a law
+/** Rounds until one gains little, under an observer with that gain (0: free).
+ *  @param known  1: c->r and the derivatives come from the fit without a law
  *  @return OK, ENOMEM, or the failure of a stroke: c stays where it is */
 stein_status diag__rounds(diag__fitting *t, double gain_of_observer, int rounds, int known,
                           stein_err *err);

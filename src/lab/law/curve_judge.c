@@ -136,7 +136,7 @@ static stein_status note_values(const diag__curves *w, const diag__curve *c, lab
     if (o->value == NULL) {
         return lab__no_memory(err);
     }
-    const lab_fit_def *def = &w->q->fit_def; // what was taken for scatter is the law
+    const lab_fit_def *def = &w->q->fit_def; // apparent scatter is the law
     const double prior[DIAG_CLASSES] = {def->joint_scatter, def->contact_scatter,
                                         def->drive_scatter};
     for (int i = 0; i < DIAG_CLASSES; i++) {
@@ -166,8 +166,8 @@ static stein_status note_values(const diag__curves *w, const diag__curve *c, lab
     return STEIN_OK;
 }
 
-/* Does the first curve fit as well as the second? Where the noise is not stated it is what each
- * leaves, and n ln(chi2) stands for -2 ln p. */
+/* Does the first curve fit as well as the second? Where the noise is not stated it is estimated
+ * from each residual, and n ln(chi2) replaces -2 ln p. */
 static int fits_as_well(const diag__curves *w, const diag__curve *c, const diag__curve *than)
 {
     if (fit__noise_given(&w->p)) {
@@ -195,8 +195,9 @@ static void prefer_speed(diag__laws *l)
     }
 }
 
-/* What a law gains where the noise is an unknown, too (search/evaluate.c): by the ratio of what the
- * null hypothesis and it leave, less the price of the numbers of a smooth curve (Schwarz 1978). */
+/* Gain of a law where the noise is an unknown, too (search/evaluate.c): from the ratio of its
+ * residual and the null hypothesis' residual, less the penalty of the numbers of a smooth curve
+ * (Schwarz 1978). */
 static double scale_free_gain(const diag__laws *l, const lab_law *law)
 {
     const diag__row *null = l->all.null;
@@ -205,8 +206,8 @@ static double scale_free_gain(const diag__laws *l, const lab_law *law)
            SHAPE * stein__log_of(fmax(1.0, dof));
 }
 
-/* Are the causes friction of the joint over whose speed the law is, and explain nearly all? Then
- * the law is their shape, and the shape of a friction is never exactly that of the table. */
+/* Are the causes frictions of the law's joint, is the law over its speed, and do they explain
+ * nearly all? Then the law is their shape: no friction has exactly the shape of the table. */
 static int is_shape_of(const lab_law *law, const diag__judgement *j, const diag__row *best)
 {
     // NOLINTNEXTLINE(clang-analyzer-core.NonNullParamChecker): a law that was noted has a state
@@ -229,10 +230,10 @@ static int is_believed(const diag__laws *l, const lab_law *law, const diag__judg
         return 0;
     }
     if (j->finding == DIAG_NAMED && (!stated || is_shape_of(law, j, best))) {
-        return 0; // known effects come first, and nothing says that what they leave is no noise
+        return 0; // known effects come first, and their residual may be noise
     }
     if (j->finding == DIAG_EXPLAINED && !stated) {
-        return 1; // what counted as noise is none
+        return 1; // the assumed noise is none
     }
     if (j->finding == DIAG_NAMED || j->finding == DIAG_EXPLAINED) {
         return best->chi2_dof > most && law->chi2_dof <= most &&
@@ -261,13 +262,13 @@ static void say_twin(const diag__laws *l, lab_diagnosis *o)
     size_t n = strlen(o->reason);
     if (twin != NULL) {
         snprintf(o->reason + n, sizeof o->reason - n,
-                 " A curve over its %s fits as well: these records do not tell the two apart.",
+                 " A curve over its %s fits as well: these records do not separate the two.",
                  twin->of);
     }
 }
 
-/* Is nothing but noise left to the law, where it was fitted and in the records that report? What a
- * state function nearly explains may be no function of that state. */
+/* Is nothing but noise left to the law, where it was fitted and in the records that report? A
+ * residual that a function of a state nearly explains may be no function of that state. */
 static int explains_all(const diag__laws *l, const lab_law *law, const diag__reported *after)
 {
     double sd = sqrt(2.0 / fmax(1.0, after->p.samples));

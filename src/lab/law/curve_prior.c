@@ -16,7 +16,7 @@ static const double first_tau = 0.1, stride = 2.0; /* in values that change the 
 static const double length[LENGTHS] = {0.06, 0.1, 0.16, 0.25,
                                        0.4,  0.8, 1.6,  4.0}; /* of the range */
 static const double jitter = 1e-8;                            /* of K */
-static const double unlikely = 14.0; /* -2 ln p of a prior above that of the best one */
+static const double unlikely = 14.0; /* -2 ln p of a prior above the best one's */
 
 static double kernel(int kind, double d)
 {

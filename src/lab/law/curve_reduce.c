@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * curve_reduce.c - an unknown law with all other unknowns eliminated.
  *
- * The curve is a table of the extended mechanism, its values f are parameters, so a stroke with a
- * law in it is simulated as any other and the law acts through all contacts and events. With v all
+ * The curve is a table of the extended mechanism and its values f are parameters. So a stroke with
+ * a law is simulated like any other, and the law acts through all contacts and events. With v all
  * other unknowns (parameters, each stroke's own),
  *
  *      r(v, f) = r + J dv + G df,   e ~ N(0, 1),   v under its priors,   f ~ N(0, tau^2 K),
@@ -16,9 +16,9 @@
  *      f | r = L (1 + L'ML)^-1 L'c,      cov = L (1 + L'ML)^-1 L',      tau^2 K = L L'
  *      -2 ln p(r | tau, length) = const - c'L (1 + L'ML)^-1 L'c + ln |1 + L'ML|
  *
- * and tau, length and kind are those of the largest marginal likelihood (Rasmussen & Williams 2006,
- * ch. 5). The prior prefers no shape: constant, straight or wavy. The determinant is the price of
- * the curve's freedom, so that places and states of different units compare.
+ * and tau, length and kind maximise the marginal likelihood (Rasmussen & Williams 2006, ch. 5). The
+ * prior prefers no shape: constant, straight or wavy. The determinant is the price of the curve's
+ * freedom, so that places and states of different units compare.
  */
 #include <gsl/gsl_blas.h>
 #include <gsl/gsl_linalg.h>
@@ -120,7 +120,7 @@ stein_status diag__reduce(const diag__curves *w, const diag__site *s, const diag
         gsl_matrix_set(t->F, 0, 0, 1.0);
     }
     if (gsl_linalg_cholesky_decomp1(t->F) != 0) {
-        return lab__fail(err, STEIN_ESINGULAR, "the data do not tell the free numbers apart");
+        return lab__fail(err, STEIN_ESINGULAR, "the data do not separate the free numbers");
     }
     for (size_t b = 0; b < n; b++) {
         gsl_vector_view column = gsl_matrix_column(t->X, b);

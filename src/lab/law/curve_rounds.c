@@ -21,8 +21,9 @@
 #include "curve_fitting.h"
 
 enum { N = CURVE_POINTS, DAMPINGS = 8, CORRECTIONS = 3, CHORDS = 3 };
-static const double wanted = 0.3;  /* RMS change of differences [noise] */
-static const double longer = 30.0; /* most of a difference, in that of the round before */
+static const double wanted = 0.3; /* RMS change of differences [noise] */
+static const double longer =
+    30.0; /* most of a difference, in the difference of the previous round */
 static const double of_size = 0.3; /* most of a difference, in what the curve's values are like */
 static const double little = 0.5, on_its_way = 3.0; /* gain of a round: at its end, before */
 static const double worth = 0.2; /* of a chord, in the gain of the round before */
@@ -256,9 +257,9 @@ static int go(diag__fitting *t, double mu, stein_status *status, stein_err *err)
     return 1;
 }
 
-/* ---- what is known of it ---- */
+/* ---- results ---- */
 
-/* sd of the parameters, in x: what they have by themselves and what the curve adds */
+/* sd of the parameters, in x: own part and contribution of the curve */
 static void note_sd(diag__fitting *t, const diag__others *o)
 {
     gsl_vector *e = gsl_vector_alloc((size_t)(o->n > 0 ? o->n : 1));
@@ -366,7 +367,7 @@ stein_status diag__rounds(diag__fitting *t, double gain_of_observer, int rounds,
     for (int k = 0; status == STEIN_OK && k < rounds; k++) {
         int first = known && k == 0;
         double gain = one_round(t, first ? OF_NULL : OWN, &status, err);
-        if (k > 0 && status != STEIN_OK) { // x is that of the last round
+        if (k > 0 && status != STEIN_OK) { // x is from the last round
             status = fit__forgive(status, err);
             break;
         }

@@ -139,7 +139,7 @@ void page__law(FILE *f, const lab_diagnosis *d)
     const lab_law *l = &d->law[0];
     fputs("<section id=\"law\"><h2>The law itself</h2>\n", f);
     if (l->pays) {
-        fprintf(f, "<p>What no effect of the table explains acts at the %s ", l->site);
+        fprintf(f, "<p>The unexplained force acts at the %s ", l->site);
         page__words(f, l->place);
         fprintf(f,
                 " as a function of its %s. The curve with its 95&nbsp;%% band, everything else "
@@ -151,7 +151,7 @@ void page__law(FILE *f, const lab_diagnosis *d)
         fputs("</figure></div>\n", f);
     } else {
         fputs("<p>No curve over one state of one place predicts the held-out records better: "
-              "what is missing is no such law, or needs other records to be seen.</p>\n",
+              "the missing effect is no such law, or needs other records.</p>\n",
               f);
     }
     fputs("<div class=\"scroll\" tabindex=\"0\"><table><tr><th>place</th><th>as a function "

@@ -6,7 +6,7 @@
  *      g(x) = 1/2 (x - lo)/(hi - lo) + 1/2 share of visits below x,     g(x_k) = k/(n - 1)
  *
  * so that a stop of the motion, where friction turns over, is resolved as well as the free swing. A
- * force over depth begins at 0: what does not touch does not push.
+ * force over depth begins at 0: an open contact does not push.
  */
 #include <gsl/gsl_sort.h>
 #include <math.h>

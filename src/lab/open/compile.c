@@ -4,13 +4,14 @@
  *   CACHE/VERSION-abiN/stein/model.h            the header the equations include
  *   CACHE/VERSION-abiN/NAME-HASH.c, .so         one mechanism structure each
  *
- * The name holds everything the object depends on, so an entry never has to be updated; what is
- * found under it is nevertheless checked (layout and hash) and made again when it does not fit.
- * Each file is written under a name of its own and renamed, so two processes that need the same
- * equations at the same time at worst both do the work.
+ * The name holds everything the object depends on, so an entry never has to be updated; a file
+ * found under it is checked all the same (layout and hash), and made again if it does not fit. Each
+ * file is written under a unique name and renamed, so two processes that need the same equations at
+ * the same time at worst both compile them.
  *
- * The text is compiled twice: once for as many lanes as this processor has (lanes.o) and once as it
- * is, into one object. A compiler that cannot do the first leaves a mechanism without lanes.
+ * The text is compiled twice: once for as many lanes as this processor has (lanes.o) and once
+ * without lanes, into one object. A compiler that cannot do the first leaves a mechanism without
+ * lanes.
  */
 #include <errno.h>
 #include <stdlib.h>
@@ -104,7 +105,7 @@ static stein_status complain(const job *j, const char *name, const char *cc, int
                      cc, name, code, line);
 }
 
-/* What both compilations begin with. Equations are straight lines of arithmetic: -O1 is enough. */
+/* First words of both compilations. Equations are straight lines of arithmetic: -O1 is enough. */
 static void begin_command(lab__command *words, const job *j, const char *cc)
 {
     lab__command_split(words, cc);
@@ -186,8 +187,7 @@ static stein_status compile(job *j, const mechanism *m, const gen_result *equati
     const char *cc = options->cc != NULL ? options->cc : getenv("CC");
     cc = cc != NULL && *cc != '\0' ? cc : "cc";
     if (cc[strspn(cc, " ")] == '\0') {
-        return lab__fail(err, STEIN_ECOMPILE,
-                         "the compiler's name is empty: set CC to that of one");
+        return lab__fail(err, STEIN_ECOMPILE, "the compiler's name is empty: set CC to a compiler");
     }
     stein_status status = lab__folder(j->include, err);
     if (status == STEIN_OK) {

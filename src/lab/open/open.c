@@ -6,10 +6,10 @@
  *                        |                                           --else--> cache, compiler,
  *                        +--> values, by name                                  loader
  *
- * A changed number may change the structure (a zero that is none any more): that two hashes are the
- * same, of all that equations depend on or of their text, is the proof that equations and file
- * belong together. The descriptor handed out is a copy with the file's values as defaults, so that
- * equations which were first compiled for unfit values do not keep failing with those.
+ * A changed number may change the structure (a zero that is none any more): equal hashes, of all
+ * that equations depend on or of their text, prove that equations and file belong together. The
+ * descriptor handed out is a copy with the file's values as defaults, so that equations which were
+ * first compiled for unfit values do not keep failing with those.
  */
 #include <stdlib.h>
 #include <string.h>

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * describe.c - a mechanism for the script of a page: what to draw, to turn, to press and to show.
+ * describe.c - a mechanism for the script of a page: drawing, sliders, inputs and outputs.
  *
  * Numbers of the geometry may follow parameters, so a number is written as
  *
@@ -7,8 +7,8 @@
  *      ["p3"]                      parameter 3 of the equations
  *      ["p3", 0.002, "+"]          a formula in postfix order: + - * / neg sin cos tan sqrt
  *
- * and the page works it out for the parameters of the moment. What is no parameter of the equations
- * does not change on the page.
+ * and the page works it out for the parameters of the moment. Only parameters of the equations
+ * change on the page.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -208,7 +208,7 @@ static void put_notches(writer *w)
     lab__json_close(j);
 }
 
-/* ---- what goes in and comes out ---- */
+/* ---- inputs and outputs ---- */
 
 static void put_inputs(writer *w)
 {
@@ -260,7 +260,7 @@ static void put_channels(writer *w)
     lab__json_close(j);
 }
 
-/* ---- what a hand may turn ---- */
+/* ---- sliders ---- */
 
 static void put_dial(writer *w, int param, const char *label, double from, double to)
 {
@@ -282,7 +282,7 @@ static void put_dial(writer *w, int param, const char *label, double from, doubl
 
 /* Without a section `regulation`: the file's own parameters; if these are few, those that are known
  * within a tolerance; if they still are, the first that are stated. Half and one and a half times
- * what they are. */
+ * their values. */
 static int round_of(const mech_param *p)
 {
     return p->declared ? 0 : p->tolerance > 0.0 ? 1 : p->stated ? 2 : 3;

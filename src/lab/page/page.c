@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * page.c - a mechanism as one HTML file that needs nothing else.
+ * page.c - a mechanism as one self-contained HTML file.
  *
  * src/page/page.html is the page with four lines that stand for what is put in their place:
  *
@@ -69,7 +69,7 @@ static void put_model(FILE *to, const char *json)
     putc('\n', to);
 }
 
-/* What is known when the page is written. */
+/* Data at the time of writing. */
 typedef struct content {
     const char *json, *module;
     size_t module_size;
@@ -95,7 +95,7 @@ static void put_page(FILE *to, const content *c)
     }
 }
 
-/* the file's own run, natively: what the page compares its own with */
+/* the file's own run, natively: reference for the page's own result */
 static stein_status hash_run(const lab_model *model, char hash[LAB_HASH], stein_err *err)
 {
     stein_sim *sim = NULL;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * page.h - what the files of this folder share.
+ * page.h - shared by the files of this folder.
  *
  *   page.c      the page put together       wasm.c  core and equations -> WebAssembly
  *   describe.c  the mechanism for the script of the page, as JSON
@@ -20,7 +20,7 @@
 stein_status page__module(char **bytes, size_t *size, const lab_model *model,
                           const lab_options *options, stein_err *err);
 
-/** Write what the script has to know of a mechanism.
+/** Write the description of a mechanism for the script.
  *  @param hash  of the state at the end of the file's own run, as text */
 void page__describe(FILE *stream, const lab_model *model, const char *hash);
 

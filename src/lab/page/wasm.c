@@ -7,7 +7,7 @@
  *
  * SOURCES is a hash of all the text that is compiled, so an entry never has to be updated; COMPILER
  * one of its name and of where its library is. Values are no part of a module; the page puts them
- * in. What is kept of the core is clang's intermediate code: it becomes a program together with the
+ * in. The cache holds the core as clang's intermediate code: it becomes a program together with the
  * equations (-flto). With a core that was one already a step took 1.3 times as long and a frame in
  * real time more than its 4 ms. And a module made when libstein is built would let every build need
  * a second compiler, for one command.
@@ -93,7 +93,7 @@ static stein_status name_files(job *j, const stein_model *equations, const lab_o
     return complete ? STEIN_OK : lab__no_memory(err);
 }
 
-/* ---- what a machine may lack ---- */
+/* ---- missing tools ---- */
 
 static int is_in_path(const char *program)
 {
@@ -162,7 +162,7 @@ static stein_status end_command(const job *j, lab__command *words, const char *p
     return status;
 }
 
-/* the core is the same for every mechanism, what is around it knows the mechanism's name */
+/* the core is the same for every mechanism; the files around it contain the mechanism's name */
 static int is_of_core(const char *name)
 {
     static const char core[] = "src/core/";
@@ -174,7 +174,7 @@ static char *object_of(const job *j, const char *name)
     return lab__text("%s/%s.o", j->core, strrchr(name, '/') + 1);
 }
 
-/* what is not kept yet; *kept: files that were */
+/* files that are not in the cache; *kept: files that were */
 static stein_status compile_core(const job *j, int *kept, stein_err *err)
 {
     stein_status status = lab__folder(j->core, err);
@@ -196,7 +196,7 @@ static stein_status compile_core(const job *j, int *kept, stein_err *err)
     return status;
 }
 
-/* another compiler of the same name may not understand what is kept */
+/* another compiler of the same name may not read the kept files */
 static void forget_core(const job *j)
 {
     for (const lab__source *f = lab__core_files; f->name != NULL; f++) {

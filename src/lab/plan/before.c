@@ -1,19 +1,19 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * before.c - which causes records could tell apart, before they are made.
+ * before.c - which causes planned records can separate.
  *
  *      records that are meant -> files, simulated with the file's numbers and noise
  *                             -> a diagnosis problem and its row without a cause (search/)
  *                             -> linear model of the row: information of every candidate
  *                             -> statements (before_information.c)
  *
- * A cause may be imitated by what differs from record to record, a friction for one. So variances
- * of scatter are as large as a fit allows, and settings are off by what their digits allow: a fit
- * without the cause would make them so.
+ * Scatter between records may imitate a cause, for example a friction. So variances of scatter are
+ * as large as a fit allows, and settings are uncertain within their digits: a fit without the cause
+ * would make them so.
  *
  * Then the same once more with each thing that could be measured or done besides, as the plan of
  * the next experiment lists them (experiments.c): another channel in all records; another setting,
  * start, load or motion in one record more. A third of the records reports and is not fitted, so it
- * tells no causes apart. An amount counts in the limit that its candidate has in
+ * does not help to separate causes. An amount counts in the limit that its candidate has in
  * the records without them.
  */
 #include <math.h>
@@ -64,7 +64,7 @@ int lab_before_mistaken(const lab_before *b, int i, int j)
     return i != j && from * b->cause[i].candidate.limit > b->cause[i].nameable;
 }
 
-/* ---- what is asked for ---- */
+/* ---- options ---- */
 
 static stein_status read_noise(before *b, stein_err *err)
 {
@@ -208,7 +208,7 @@ static stein_status linearise(view *v, diag__problem *q, stein_err *err)
     if (status == STEIN_OK && row->failed != NULL) {
         status = lab__fail(err, STEIN_ENONFINITE, "%s", row->failed);
     }
-    q->most_scatter = 1; // that is what a fit without the cause makes of it
+    q->most_scatter = 1; // result of a fit without the cause
     if (status == STEIN_OK) {
         status = diag__linearise(q, row, 0.0, row->p.nstroke, &l, err);
     }
@@ -325,9 +325,9 @@ static stein_status state(lab_before *o, const view *v, stein_err *err)
     return status;
 }
 
-/* ---- what would help ---- */
+/* ---- additions ---- */
 
-/* what a view says more than the plan so far */
+/* additional information of a view */
 static stein_status compare(const lab_before *o, const view *v, lab_before_help *h, stein_err *err)
 {
     size_t n = (size_t)o->ncolumn;
@@ -353,7 +353,7 @@ static stein_status compare(const lab_before *o, const view *v, lab_before_help 
             }
         }
     }
-    for (int k = 0; k < v->n; k++) { // what could not be seen at all
+    for (int k = 0; k < v->n; k++) { // candidates that were invisible
         int seen = v->why[k] == NULL;
         for (int i = 0; seen && i < o->ncolumn; i++) {
             seen = !diag__is_same(&o->cause[i].candidate, &v->candidate[k]);
@@ -386,8 +386,8 @@ static int before_other(const void *a, const void *b)
                                   : strcmp(x->name, y->name);
 }
 
-/* the records with what an experiment adds, and its cost. @return how many records, 0: it adds
- * nothing that could be measured */
+/* the records with the addition of an experiment, and its cost. @return number of records, 0: it
+ * adds nothing that could be measured */
 static int with_experiment(const before *b, const lab_experiment *e, plan__meant *meant,
                            plan__sensor *sensor, int *nsensor, double *cost)
 {
@@ -410,7 +410,7 @@ static int with_experiment(const before *b, const lab_experiment *e, plan__meant
     }
     meant[b->nmeant] = b->meant[0];
     meant[b->nmeant].e = *e;
-    // what the records set already is set otherwise; anything else has to be arranged
+    // settings of the records are replaced; anything else has to be arranged
     *cost = one_record + (e->nset > like || e->input[0] != '\0' ? setting_up : 0.0);
     return b->nmeant + 1;
 }
@@ -456,7 +456,7 @@ static stein_status try_all(before *b, lab_before *o, const lab_experiment *e, i
     return status;
 }
 
-/* what the planner of experiments knows of this mechanism, around the records that are meant */
+/* input of the planner of experiments for this mechanism, with the planned records */
 static stein_status help(before *b, lab_before *o, stein_err *err)
 {
     const stein_model *m = lab_equations(b->model);
@@ -477,7 +477,7 @@ static stein_status help(before *b, lab_before *o, stein_err *err)
 
 /* ---- the whole ---- */
 
-/* what a diagnosis fits of them */
+/* the fitted part of a diagnosis */
 static void keep_fitted(before *b)
 {
     int n = b->nmeant;

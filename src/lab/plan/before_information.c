@@ -1,21 +1,21 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * before_information.c - what a matrix of information says about causes, before anything is
- * measured.
+ * before_information.c - detectability and separability of causes from a matrix of information,
+ * before any measurement.
  *
  * With amounts a [limits] and everything that is refitted projected out (search/linear.c), the
  * records have the information I = G'PG. A cause alone is named from
  *
  *      (sqrt(25 + ln(1 + I_ii)) + 1.645) / sqrt(I_ii)
  *
- * on, with 95 % (verdict/detectability.c). Where i is what acts and j is fitted in its place, what
- * remains of chi2 is a_i^2 times
+ * on, with 95 % (verdict/detectability.c). If i acts and j is fitted in its place, the remaining
+ * chi2 is a_i^2 times
  *
  *      I_ii - I_ij^2 / I_jj = I_ii (1 - rho^2)
  *
  * and j is no rival if that exceeds 9.2 (rule 5 of the judge), with 95 % from
  * (sqrt(9.2) + 1.645) / sqrt(I_ii (1 - rho^2)) on. Of a cause with several columns - one for each
- * value of its second number - the one of most information is what acts, and any of the other
- * cause's columns may be fitted.
+ * value of its second number - the column with most information acts, and any of the other cause's
+ * columns may be fitted.
  */
 #include <math.h>
 

@@ -5,29 +5,28 @@
  *
  *      y = y_M + P_M w + Z_M u + e,    w, u, e ~ N(0, 1)
  *
- * P what its uncertain numbers do (one column a standard deviation of their joint posterior), Z
- * what is the stroke's own: trigger, offsets, scatter of friction and drive. n repeats share w and
- * have u and e of their own. With S = 1 + Z Z', the odds after them are
+ * P the effects of its uncertain numbers (one column a standard deviation of their joint
+ * posterior), Z those of the stroke's own unknowns: trigger, offsets, scatter of friction and
+ * drive. n repeats share w and have u and e of their own. With S = 1 + Z Z', the odds after them
+ * are
  *
  *      2 ln odds(A : B) = q_B - q_A + ln|V_B| - ln|V_A|
  *      q_M = sum v'S^-1 v - h'(1 + n H)^-1 h,   v = y - y_M,  h = sum P'S^-1 v,  H = P'S^-1 P
  *      ln|V_M| = n ln|S| + ln|1 + n H|
  *
- * Both models have the mean of their Z, and of what a number of the file does that is uncertain in
- * both: a trigger or a mass moves a stroke by hundreds of noises, and what its derivatives differ
- * by, a small part of that, is rounding and curvature, no evidence. P differs by what is known of
+ * Both models use the mean of their Z, and of the columns of file numbers that are uncertain in
+ * both: a trigger or a mass moves a stroke by hundreds of noises. A difference of its derivatives,
+ * a small part of that, is rounding and curvature, no evidence. P differs by the posteriors of
  * these numbers, and by the numbers of the effects.
  *
  * So whatever a refit of numbers and nuisances can imitate counts for nothing (Box and Hill 1967,
- * Buzzi-Ferraris and Forzatti 1984). Two models that were fitted to the same strokes may be many
- * standard deviations apart in numbers they share, and what is not straight on that way is no
- * evidence, either: where A is true, y_B is what B predicts fitted to A's prediction, its numbers
- * taken back along P_B (y_B|A). Strokes are drawn from either model: the mean and the worst
- * tenth of 2 ln odds, the lesser one of both truths. Of k rivals each has to go in all but a k-th
- * of that tenth, so that all of them are gone in nine of ten. A draw needs no vector as long as a
- * stroke:
- * with X = [y_A - y_B|A, y_A|B - y_B, P_A, Z, P_B, Z] and K = X'X, X'v follows from w, u and
- * X'e ~ N(0, K).
+ * Buzzi-Ferraris and Forzatti 1984). Two models that were fitted to the same strokes may differ by
+ * many standard deviations in shared numbers. The curvature between them is no evidence, either:
+ * if A is true, y_B is B's prediction fitted to A's prediction, with its numbers moved back along
+ * P_B (y_B|A). Strokes are drawn from either model: the mean and the worst tenth of 2 ln odds, the
+ * lesser one of both truths. Of k rivals each has to go in all but a k-th of that tenth, so that
+ * all of them are gone in nine of ten. A draw needs no vector as long as a stroke: with X = [y_A -
+ * y_B|A, y_A|B - y_B, P_A, Z, P_B, Z] and K = X'X, X'v follows from w, u and X'e ~ N(0, K).
  */
 #include <gsl/gsl_blas.h>
 #include <gsl/gsl_linalg.h>
@@ -47,7 +46,7 @@ static const double jitter = 1e-10;
 
 /* ---- Gram matrices ---- */
 
-/* the one of b that is number k of a; -1: a number of the effect, or b has no such */
+/* the one of b that is number k of a; -1: a number of the effect, or b has none */
 static int same_number(const plan__prediction *a, int k, const plan__prediction *b)
 {
     for (int i = 0; fit__find_number(a->name[k]) < 0 && i < b->np; i++) {
@@ -85,7 +84,7 @@ stein_status plan__pair_make(plan__pair *pair, plan__reference *reference, plan_
     size_t until = (size_t)(a->until < b->until ? a->until : b->until);
     *pair = (plan__pair){.np = {a->np, b->np}, .nz = {a->nz, b->nz}, .n = n, .noutput = a->noutput};
     pair->K = calloc(size * (size_t)a->noutput + 1, sizeof *pair->K);
-    double *X = calloc((size_t)n * rows + 1, sizeof *X); // what cannot be predicted stays 0
+    double *X = calloc((size_t)n * rows + 1, sizeof *X); // unpredictable samples stay 0
     size_t nz = (size_t)a->nz, np_a = (size_t)a->np, np_b = (size_t)b->np;
     double *room = calloc((2 + nz + np_a + np_b) * all + 1, sizeof *room), *Z = room + 2 * all;
     double *P[] = {Z + nz * all, Z + (nz + np_a) * all};
@@ -261,7 +260,7 @@ static double model_learnt(model *m)
 typedef struct draw {
     const plan__pair *pair;
     const double *K;
-    gsl_matrix *E; /* Cholesky factor of K, what noise looks like */
+    gsl_matrix *E; /* Cholesky factor of K, the covariance of noise */
     model side[2];
     double *g, *other, *xi, *w; /* [n] */
     gsl_rng *rng;

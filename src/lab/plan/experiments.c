@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * experiments.c - what could be done next with this mechanism.
+ * experiments.c - possible experiments with this mechanism.
  *
- * Nothing here knows a mechanism by name. What can be varied follows from the file and from the
- * strokes so far:
+ * No mechanism is treated by name. Possible variations follow from the file and from the present
+ * strokes:
  *
  *   settings   every number that the strokes set, and the load's mass: its range so far, somewhat
  *              beyond, and the corners of two ranges
@@ -15,13 +15,14 @@
  *   channel    an output that was not measured and that there is an instrument for: a place as
  *              exactly as the others, a force on the ground to 1 %
  *   camera     ten frames for one
- *   checks     no strokes: an instrument, a length, a felt that is under suspicion is looked at by
- *              itself (instrument_check.c)
+ *   checks     no strokes: a suspected instrument, length or felt is checked separately
+ *              (instrument_check.c)
  *
- * and two or three of these at once, as long as that tells more (plan.c).
+ * and two or three of these at once, as long as that gives more information (plan.c).
  *
- * Each of them says how far it goes beyond the strokes so far: there the model has not been seen to
- * hold. What the mechanism lacks is not proposed; what cannot be simulated says so and comes last.
+ * Each of them states its distance from the present strokes: there the model has not been seen to
+ * hold. Parts that the mechanism lacks are not proposed; experiments that cannot be simulated are
+ * marked and come last.
  */
 #include <math.h>
 #include <stdarg.h>
@@ -74,7 +75,7 @@ static lab_experiment *add(list *l, const char *why, const char *format, ...)
     return e;
 }
 
-/* what does not fit is cut off before it: each thing says most in its beginning */
+/* text that does not fit is cut before it: the beginning of each has the most information */
 static void append(char to[LAB_PLAN_TEXT], const char *between, const char *more)
 {
     size_t gap = strlen(between), last = strlen(more), n = strlen(to);
@@ -86,7 +87,7 @@ static void append(char to[LAB_PLAN_TEXT], const char *between, const char *more
     to[n + gap + last] = '\0';
 }
 
-/* 1: it has been so; 2: as far outside as what it was was wide, or large */
+/* 1: it has been so; 2: as far outside as the former range was wide, or large */
 static double outside(const lab_used *u, double value)
 {
     double end = fmin(fmax(value, u->lo), u->hi), scale = fmax(u->hi - u->lo, fabs(end));
@@ -108,21 +109,21 @@ static void add_setting(list *l, const lab_used *u, double value, const char *wh
     }
 }
 
-/* a number whose values so far are known */
+/* a number with known values so far */
 static void vary(list *l, const lab_used *u)
 {
     double range = u->hi - u->lo;
     if (range > 0.0) {
-        add_setting(l, u, u->lo, "the low end of what was set so far");
-        add_setting(l, u, u->hi, "the high end of what was set so far");
+        add_setting(l, u, u->lo, "the low end of the settings so far");
+        add_setting(l, u, u->hi, "the high end of the settings so far");
         double below = plan__rounded(u->lo - farther * range),
                above = plan__rounded(u->hi + farther * range);
-        if (below * u->lo > 0.0 || u->lo <= 0.0) { // what is positive stays so
+        if (below * u->lo > 0.0 || u->lo <= 0.0) { // positive values stay positive
             add_setting(l, u, below, "below what was set so far");
         }
         add_setting(l, u, above, "above what was set so far");
     } else if (u->lo != 0.0) {
-        add_setting(l, u, plan__rounded(0.5 * u->lo), "half of what was set so far");
+        add_setting(l, u, plan__rounded(0.5 * u->lo), "half of the settings so far");
         add_setting(l, u, plan__rounded(1.5 * u->lo), "more than was set so far");
         add_setting(l, u, plan__rounded(2.0 * u->lo), "twice what was set so far");
     }
@@ -148,7 +149,7 @@ static void corners(list *l)
     }
     for (int k = 0; n == 2 && k < 4; k++) {
         double a = k & 1 ? u[0]->hi : u[0]->lo, b = k & 2 ? u[1]->hi : u[1]->lo;
-        lab_experiment *e = add(l, "a corner of what was set so far", "%s = %s, %s = %s",
+        lab_experiment *e = add(l, "a corner of the settings so far", "%s = %s, %s = %s",
                                 u[0]->name, data__quantity(text[0], a, u[0]->unit), u[1]->name,
                                 data__quantity(text[1], b, u[1]->unit));
         if (e != NULL) {
@@ -335,7 +336,7 @@ static const char *comes_off(const plan__model *side, const char **unit)
     return *unit != NULL ? amount : NULL;
 }
 
-/* What some sides suppose to hang on a body comes off, or is found not to be there: the stroke is
+/* A part that some sides assume on a body is taken off, or found to be absent: the stroke is
  * then the same again. */
 static void take_off(list *l, const plan__model *side, const int *which, int n)
 {
@@ -354,8 +355,8 @@ static void take_off(list *l, const plan__model *side, const int *which, int n)
     }
 }
 
-/* every one that is supposed, and all of them: where a spring in the joint, a wire and a
- * damper are rivals, what is left without both is the spring */
+/* every one that is supposed, and all of them: where a spring in the joint, a wire and a damper are
+ * rivals, the rest without both is the spring */
 static void without_part(list *l, const plan__model *side, int nside)
 {
     int which[1 + LAB_PLAN_RIVALS], n = 0;
@@ -489,7 +490,7 @@ static void add_checks(list *l, const lab_check *check, int n)
     }
 }
 
-/* every one that a side asks for, and all of them */
+/* each one that a side needs, and all of them */
 static void checks(list *l, const plan__model *side, int nside)
 {
     lab_check check[LAB_PLAN_CHECKS];

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * instrument_check.c - an instrument, or a number of the mechanism, looked at by itself.
+ * instrument_check.c - a separate check of an instrument or of a number of the mechanism.
  *
- * Where a tilted camera, a lens that bends and a wrong length are rivals, no stroke tells them
- * apart quickly: each moves the same marker by a fraction of the noise, and trigger, offset and
- * scatter of every stroke make up for most of that. A plumb line in the view tells it at once.
+ * Where a tilted camera, a distorting lens and a wrong length are rivals, no stroke separates them
+ * quickly: each moves the same marker by a fraction of the noise, and trigger, offset and scatter
+ * of every stroke make up for most of that. A plumb line in the view tells it at once.
  *
  *   plumb line   its angle in the picture is the tilt          0.5 mrad
  *   scale        known values x = 0 .. reach at 11 places:     gauge blocks (0.15 um), weights
@@ -20,7 +20,7 @@
  *
  * A side predicts the readings from the amount it was fitted with and its uncertainty; a side
  * without that number predicts the file's value, within the uncertainty of its fit. Readings count
- * as those of a record do (expected_evidence.c).
+ * like readings of a record (expected_evidence.c).
  */
 #include <math.h>
 #include <stdlib.h>
@@ -99,7 +99,7 @@ static double noise_of_scale(const plan__reference *b, const plan__output *outpu
     return hypot(scale, output->noise * sqrt(fmin(1.0, b->d->conditions.interval / looked_at)));
 }
 
-/* an instrument held against something. @return 0: there is no such check */
+/* an instrument held against something. @return 0: the check does not exist */
 static int check_of(lab_check *c, const plan__reference *b, const lab_model *model,
                     const char *param)
 {
@@ -130,8 +130,8 @@ static int check_of(lab_check *c, const plan__reference *b, const lab_model *mod
     return c->by != LAB_CHECK_SCALE || (c->noise > 0.0 && c->reach > 0.0);
 }
 
-/* A length or a mass that is said to be another one than the file's. What the strokes set is set by
- * hand, and was looked at then. @return as above */
+/* A length or a mass that may differ from the file's. Settings of strokes were made by hand, and
+ * checked then. @return as above */
 static int measure_of(lab_check *c, const plan__reference *b, const lab_model *model,
                       const stein_param *param)
 {
@@ -242,14 +242,14 @@ void plan__check_says(const lab_check *c, char name[LAB_PLAN_TEXT], char why[LAB
     }
 }
 
-/* ---- what is read ---- */
+/* ---- readings ---- */
 
 static int readings(const lab_check *c)
 {
     return c->by == LAB_CHECK_SCALE || c->by == LAB_CHECK_PRESS ? LAB_CHECK_VALUES : 1;
 }
 
-/* what is set at the i-th reading */
+/* setting of the i-th reading */
 static double value_at(const lab_check *c, int i)
 {
     return c->reach * i / (LAB_CHECK_VALUES - 1);
@@ -263,7 +263,7 @@ static double error_at(const lab_check *c, const plan__model *side, double x)
     return c->noise * (force_at(c, m, file, x) + least * force_at(c, m, file, c->reach));
 }
 
-/* what a reading at x shows of a number that is off by 1: of an instrument by the table, of a
+/* change of a reading at x for a number that is off by 1: of an instrument by the table, of a
  * length or a mass itself */
 static double shows(const char *name, double x)
 {
@@ -306,8 +306,8 @@ static double known(const plan__model *side, const char *name, double value, dou
 
 enum { AMOUNT, FILES, COLUMNS = FILES + LAB_CHECK_NUMBERS }; /* of P */
 
-/* The i-th reading of a side whose uncertain thing k is `by` standard deviations off: its amount,
- * or a number of the file that the fits move anyhow. @param p  [np] room */
+/* The i-th reading of a side with its uncertain quantity k off by `by` standard deviations: its
+ * amount, or a number of the file that the fits move anyhow. @param p  [np] room */
 static double seen(const lab_check *c, const plan__model *side, int i, int k, double by, double *p)
 {
     const stein_model *m = lab_equations(side->model);

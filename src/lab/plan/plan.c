@@ -1,24 +1,23 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * plan.c - from rivals to the experiment that tells them apart.
+ * plan.c - from rivals to the experiment that separates them.
  *
- * Every experiment is predicted by the cause and by each rival (predict.c), every pair of cause and
- * rival has its odds (expected_evidence.c), and an experiment counts what it says about the rival
- * that it tells least from the cause: max-min.
+ * The cause and each rival predict every experiment (predict.c), and every pair of cause and rival
+ * has its odds (expected_evidence.c). The value of an experiment is given by the rival that it
+ * separates least from the cause: max-min.
  *
  *      worth = odds / ((4 + strokes) * beyond * left)
  *
  * To set up something else takes as long as four strokes. A check of an instrument counts as one.
  *
  * odds are those wanted, up to three times as much where one stroke settles it all even when it
- * goes badly; more is no better: numbers that are drawn from the tail of what is known can promise
- * any.
+ * goes badly; more is no better: numbers from the tail of the posterior can promise any odds.
  *
  * beyond: the farther a stroke goes from those so far, the more else may be wrong about it. A model
  * that explains strokes of 100 g need not explain a hammer that is twice as heavy.
  *
- * left: a rival may be what is true, and then it is the others that it has to be told from. What
- * tells only the cause from its k rivals, or the rivals from each other with more strokes than an
- * afternoon has (12), settles it in one of k cases.
+ * left: a rival may be true, and then it has to be separated from the others. An experiment that
+ * separates only the cause from its k rivals, or the rivals from each other only with more than 12
+ * strokes (an afternoon), decides one of k cases.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -96,7 +95,7 @@ static stein_status predict(planner *p, const lab_experiment *e, stein_err *err)
     return fit__forgive(status, err);
 }
 
-/* of two pairs: a is harder to tell than b, by the same experiment */
+/* of two pairs: a is harder to separate than b, by the same experiment */
 static int harder(const lab_experiment *a, const lab_experiment *b)
 {
     int na = a->repeats > 0 ? a->repeats : MOST + 1, nb = b->repeats > 0 ? b->repeats : MOST + 1;
@@ -145,8 +144,8 @@ static stein_status judge(planner *p, lab_experiment *e, stein_err *err)
     return status;
 }
 
-/* in units of the odds wanted; what takes too many strokes is worth less than nothing, the less it
- * says the more so */
+/* in units of the odds wanted; an experiment that needs too many strokes has a negative value,
+ * lower with less information */
 static double worth(const planner *p, const lab_experiment *e)
 {
     double wanted = 2.0 * stein__log_of(p->def->wanted);
@@ -157,7 +156,7 @@ static double worth(const planner *p, const lab_experiment *e)
                             : -1.0 / (1.0 + fmax(e->odds, 0.0));
 }
 
-/* best first, of equals the one that was there before */
+/* best first; equals keep their order */
 static void sort(const planner *p, lab_plan *plan)
 {
     for (int i = 1; i < plan->n; i++) {
@@ -221,7 +220,7 @@ static int one_tells(const lab_experiment *e)
 }
 
 /* The best ones with each of the next best things done as well, and the best of those once more:
- * a second change may enlarge what the first one brings into reach. Where one record separates,
+ * a second change may enlarge the effect of the first one. Where one record separates,
  * no combination is needed. */
 static stein_status combine(planner *p, lab_plan *plan, stein_err *err)
 {
@@ -261,8 +260,8 @@ static stein_status combine(planner *p, lab_plan *plan, stein_err *err)
     return status;
 }
 
-/* Where one stroke tells two are made: nine of ten would, one may be lost, and two show how alike
- * strokes are. */
+/* Where one stroke is enough two are made: nine of ten would, one may be lost, and two show how
+ * alike strokes are. */
 static void make_twice(lab_plan *plan)
 {
     for (int i = 0; i < plan->n; i++) {
@@ -271,16 +270,16 @@ static void make_twice(lab_plan *plan)
     }
 }
 
-/* the cause and the first rivals whose numbers are known */
+/* the cause and the first rivals with known numbers */
 static stein_status open_sides(planner *p, lab_plan *plan, const char *file, const lab_model *model,
                                stein_err *err)
 {
     const lab_diagnosis *d = p->d;
     if (d->ncause < 1 || d->nrival < 1 || d->suspect[0].posterior.n < 1) {
-        return lab__fail(err, STEIN_EINVAL,
-                         "the diagnosis (%s) has no cause with rivals: there is nothing to tell "
-                         "apart",
-                         lab_verdict_text(d->verdict));
+        return lab__fail(
+            err, STEIN_EINVAL,
+            "the diagnosis (%s) has no cause with rivals: there is nothing to separate",
+            lab_verdict_text(d->verdict));
     }
     stein_status status = STEIN_OK;
     for (int i = 0; status == STEIN_OK && i < d->ncause + d->nrival; i++) {

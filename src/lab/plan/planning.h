@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * planning.h - what the files of the plan share.
+ * planning.h - shared by the files of the plan.
  *
  *   plan.c               the whole
  *   reference.c          the strokes so far
@@ -45,7 +45,7 @@ typedef struct plan__output {
 
 enum { PLAN_OUTPUTS = 32 };
 
-/** What the experiments are made around. */
+/** Reference of the experiments. */
 typedef struct plan__reference {
     const lab_diagnosis *d;
     const stein_model *m; /* of the file */
@@ -72,7 +72,7 @@ void plan__reference_free(plan__reference *b);
 double plan__travel(const plan__reference *b, int joint);
 /** Entry by name, NULL: there is none. */
 const lab_used *plan__used(const lab_used *list, int n, const char *name);
-/** What an experiment sets a number to, NULL: it leaves it. */
+/** Value of a number in an experiment, NULL: it leaves it. */
 const lab_planned_set *plan__set_of(const lab_experiment *e, const char *name);
 /** Set a number in an experiment. @return 0: no room for one more */
 int plan__set(lab_experiment *e, const char *name, const char *unit, double value);
@@ -87,7 +87,7 @@ double plan__rounded(double value);
 stein_status plan__experiments(const plan__reference *b, const plan__model *side, int nside,
                                lab_experiment **list, int *n, stein_err *err);
 
-/** What two experiments change, changed at once. @return 0: both change the same thing, or b none
+/** The changes of two experiments at once. @return 0: both change the same thing, or b none
  */
 int plan__together(lab_experiment *to, const lab_experiment *a, const lab_experiment *b,
                    const lab_experiment *base);
@@ -103,7 +103,8 @@ typedef struct plan__blank {
     double *time, *value, *zero;
     unsigned char *present;
 } plan__blank;
-/** A stroke with its problem: where its numbers are, and what the columns of P and Z move. */
+/** A stroke with its problem: places of its numbers, and of the numbers of the columns of P and
+ * Z. */
 typedef struct plan__stage {
     plan__blank stroke;
     fit__problem p;
@@ -111,8 +112,8 @@ typedef struct plan__stage {
     double *way; /* [np][p.np] */
     double *own; /* [nz] */
 } plan__stage;
-/** What a side predicts of an experiment, in units of noise: y, and what its uncertain numbers (P)
- *  and a stroke's own ones (Z) do, each column by one standard deviation. */
+/** Prediction of a side for an experiment, in units of noise: y, and the effects of its uncertain
+ *  numbers (P) and of a stroke's own ones (Z), each column for one standard deviation. */
 typedef struct plan__prediction {
     int rows, noutput; /* rows of one channel; channels */
     int until;         /* rows that can be predicted */
@@ -138,11 +139,11 @@ void plan__prediction_free(plan__prediction *v);
  *  @return how many */
 int plan__checks(lab_check check[LAB_PLAN_CHECKS], const plan__reference *b,
                  const plan__model *side, int nside);
-/** What is done, and what is stated then, in words. */
+/** The check and the resulting statement, in words. */
 void plan__check_says(const lab_check *c, char name[LAB_PLAN_TEXT], char why[LAB_PLAN_TEXT]);
-/** What it is made with, in words. */
+/** Its instrument, in words. */
 const char *plan__check_by(const lab_check *c);
-/** What a side predicts of the readings of an experiment's checks: a view of one channel that is
+/** Prediction of a side for the readings of an experiment's checks: a view of one channel that is
  *  straight, with an unknown zero of every scale. @return OK, ENOMEM; plan__prediction_free in any
  * case
  */
@@ -151,10 +152,10 @@ stein_status plan__check_prediction(plan__prediction *v, const plan__model *side
 
 /* ---- refit.c ---- */
 
-/** What a side predicts that is fitted to the prediction of another one.
+/** Prediction of a side that is fitted to the prediction of another one.
  *  @param to  [noutput*rows] y - P w - Z u with y simulated at the w, u that come nearest: the
  *             prediction at w = u = 0 as seen from there
- *  @param P   [np][noutput*rows] of v as it counts beside that of `of` (expected_evidence.c)
+ *  @param P   [np][noutput*rows] of v as it counts beside the noise of `of` (expected_evidence.c)
  *  @param Z   [nz][noutput*rows] that both have
  *  @return OK, ENOMEM */
 stein_status plan__refit(double *to, plan__prediction *v, plan__reference *b,
@@ -175,13 +176,13 @@ typedef struct plan__pair {
     int np[2], nz[2], n, noutput;
     double *K; /* [noutput][n*n] */
 } plan__pair;
-/** P of a as it counts beside b: what a number of the file does is the mean of both.
+/** P of a as it counts beside b: the column of a number of the file is the mean of both.
  *  @param to  [np][noutput*rows] of a, 0; beside itself it is a->P */
 void plan__spread(double *to, const plan__prediction *a, const plan__prediction *b);
 stein_status plan__pair_make(plan__pair *pair, plan__reference *reference, plan__prediction *a,
                              plan__prediction *b, stein_err *err);
 void plan__pair_free(plan__pair *pair);
-/** Odds of an experiment that sees some channels.
+/** Odds of an experiment with some channels.
  *  @param use     [noutput]
  *  @param wanted  2 ln of the odds wanted
  *  @param most    repeats at most
@@ -192,20 +193,20 @@ stein_status plan__odds(const plan__pair *pair, const unsigned char *use, double
 
 /* ---- before_information.c ---- */
 
-/** What columns say about their causes.
+/** Detectability and separability of causes from their columns.
  *  @param I      [n*n] information (inverse variance) with all that is refitted projected out, in
  *                limits; of one cause's columns the best one counts
  *  @param cause  [n] which cause a column is of, 0 to ncause - 1
  *  @param nameable  [ncause] out: smallest amount that is named [limits], INFINITY: none, or it has
  *                   no column
- *  @param apart     [ncause*ncause] out: amount of i from which on it is told from j [limits],
+ *  @param apart     [ncause*ncause] out: amount of i from which on it is separated from j [limits],
  *                   INFINITY: none; 0 on the diagonal */
 void plan__tell(const double *I, int n, const int *cause, int ncause, double *nameable,
                 double *apart);
 
 /* ---- before_record.c ---- */
 
-/** A record that is meant: an experiment, how long and how fast. */
+/** A planned record: an experiment, how long and how fast. */
 typedef struct plan__meant {
     lab_experiment e;
     double until, rate; /* [s], [Hz] */

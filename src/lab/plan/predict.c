@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * predict.c - what the cause or a rival predicts of an experiment.
+ * predict.c - prediction of an experiment by the cause or a rival.
  *
  * The experiment becomes a stroke like any other: its settings, its clock, the driven input and
- * channels without values, whose residual is the prediction. So what is uncertain about it - the
- * trigger, offsets, an initial state, scatter - is what the fit would have to find, with the same
- * priors, and derivatives are those of the fit.
+ * channels without values; their residual is the prediction. So its uncertain quantities (trigger,
+ * offsets, initial state, scatter) are the unknowns of a fit, with the same priors and derivatives.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -24,7 +23,7 @@ static const double unknown_start = 100.0; /* of an initial speed without prior,
 static const double least_step = 1e-6, most_step = 0.05; /* of differences, in prior sd */
 
 enum { WAYS = 6 };
-static const double small = 0.1;       /* part of what is uncertain */
+static const double small = 0.1;       /* part of the uncertainty */
 static const double unpredicted = 0.1; /* of a stroke's chi2, as where the numbers come from */
 
 double lab_shape_at(lab_shape shape, double time, double t)
@@ -154,7 +153,7 @@ static stein_status blank_make(plan__blank *b, const plan__reference *reference,
     return STEIN_OK;
 }
 
-/* ---- what is uncertain ---- */
+/* ---- uncertainty ---- */
 
 /* numbers of the posterior in the order of the problem's unknowns; of[k] -1: known by now */
 static int unknowns(const fit__problem *p, const lab_posterior *q, int *of)
@@ -174,7 +173,7 @@ static int unknowns(const fit__problem *p, const lab_posterior *q, int *of)
     return found;
 }
 
-/* x and steps of what the posterior knows */
+/* x and steps of the unknowns in the posterior */
 static void place(fit__problem *p, const lab_posterior *q, const int *of, double *x)
 {
     memset(x, 0, sizeof *x * (size_t)p->nu);
@@ -190,7 +189,7 @@ static void place(fit__problem *p, const lab_posterior *q, const int *of, double
 }
 
 /* D: columns of J; L: the Cholesky factor of the posterior's covariance; P of both; way
- * [np][p->np]: what each column of P moves */
+ * [np][p->np]: the number of each column of P */
 static stein_status spread(plan__prediction *v, const fit__problem *p, const lab_posterior *q,
                            const int *of, const double *J, double *way, stein_err *err)
 {
@@ -253,7 +252,7 @@ static void own_columns(plan__prediction *v, const fit__problem *p, const double
     }
 }
 
-/* ---- what can be predicted ---- */
+/* ---- predictable part ---- */
 
 /* +1 or -1, of a Walsh function */
 static double sign_of(int way, int column)
@@ -286,10 +285,10 @@ static int leaves(const plan__prediction *v, const plan__reference *b, int way, 
     return v->rows;
 }
 
-/* Behind an event that may as well not happen - a bounce more, a pawl that just catches - a stroke
- * answers to its numbers more finely than anybody knows them, and what a model says of it tells
- * nothing about the model: it ends where a small part of what is uncertain makes it go another way
- * than its derivatives say. The numbers have been found from strokes that end so (equilibrium.c).
+/* After an event that may as well not happen (one more bounce, a pawl that just catches) a stroke
+ * is more sensitive to its numbers than their uncertainty, and its prediction is no evidence about
+ * the model. The stroke ends where a small part of the uncertainty gives a motion that differs from
+ * the linear prediction. The numbers have been found from strokes that end so (equilibrium.c).
  */
 static stein_status foresee(plan__prediction *v, plan__reference *b, const fit__problem *p,
                             const double *x, const double *way, stein_err *err)

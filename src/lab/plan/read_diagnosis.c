@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * read_diagnosis.c - what a plan needs of a diagnosis.json.
+ * read_diagnosis.c - the part of diagnosis.json that a plan needs.
  *
  * JSON is read by libyaml, whose documents keep the line of everything: a JSON file is a YAML file,
  * and no further library is needed. Names are checked against the mechanism, so that a diagnosis of

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * reference.c - what experiments are made around: the strokes so far in the middle of their range,
- * what moves in them and how far, and which channels could be seen.
+ * reference.c - reference of experiments: the middle of the range of the present strokes, their
+ * moving joints and ranges, and the possible channels.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -12,7 +12,7 @@ enum { LOOKS = 400 };
 static const double marker_arm = 0.1;   /* of an angle seen as a place [m] */
 static const double force_error = 0.01; /* of a force sensor, of the largest force */
 static const double nearly_all = 0.9;   /* of a travel, for its time */
-static const double both_ways = 0.2;    /* of the larger way; less is noise of what was recorded */
+static const double both_ways = 0.2;    /* of the larger way; less is noise of the records */
 
 double plan__rounded(double value)
 {
@@ -64,7 +64,7 @@ int plan__set(lab_experiment *e, const char *name, const char *unit, double valu
     return 1;
 }
 
-/* the strokes so far, in the middle of what they set and drive */
+/* the present strokes, in the middle of their settings and drives */
 static void middle(plan__reference *b)
 {
     const lab_conditions *c = &b->d->conditions;
@@ -196,7 +196,7 @@ static stein_status run_base(look *l, stein_sim *sim, const double *p, stein_err
     return status;
 }
 
-/* A force can be weighed where something stands on the ground: at a stop, at a string. Between two
+/* A force can be weighed at a support on the ground: at a stop, at a string. Between two
  * things that move there is no room for a load cell. */
 static int stands(const stein_model *m, int contact)
 {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * refit.c - how near one side comes to what another one predicts, everything refitted.
+ * refit.c - distance of one side from the prediction of another one, everything refitted.
  *
  * Two models that explain the same strokes have numbers of their own: the stiffness of a spring may
  * differ by four of its standard deviations. So much further along P their predictions curve away
@@ -8,7 +8,7 @@
  *
  *      min |y_of - y(w, u)|^2 + |w|^2 + |u|^2
  *
- * by steps along its derivatives at w = u = 0, each with a stroke simulated where it leads to.
+ * by steps along its derivatives at w = u = 0, each with a simulated stroke at its end.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -18,14 +18,14 @@
 
 #include "planning.h"
 
-static const double enough = 0.1; /* of what is left: to gain less is not worth a stroke more */
+static const double enough = 0.1; /* of the residual: to gain less is not worth a stroke more */
 
 typedef struct imitation {
     plan__prediction *v;
     const plan__prediction *of;
     const plan__reference *b;
     int n, until;
-    const double *P;  /* [np][noutput*rows] its own beside those of `of` */
+    const double *P;  /* [np][noutput*rows] its own beside `of`'s */
     const double *Z;  /* [nz][noutput*rows] of both, the mean */
     double *t, *step; /* [n] w and u; where to go from there */
     double *x, *r;    /* [nu], residuals */
@@ -39,7 +39,7 @@ static const double *column_of(const imitation *m, int k)
     return k < m->v->np ? m->P + (size_t)k * n : m->Z + (size_t)(k - m->v->np) * n;
 }
 
-/* sum over what was measured and can be predicted */
+/* sum over measured and predictable samples */
 static double product(const imitation *m, const double *a, const double *b)
 {
     double sum = 0.0;
@@ -116,7 +116,7 @@ static double attempt(imitation *m, plan__reference *b, stein_status *status, st
     return sum + product(m, m->r, m->r);
 }
 
-/* where to go from t, whose residuals are r, by the derivatives at 0 */
+/* next point after t, which has the residuals r, by the derivatives at 0 */
 static void aim(imitation *m)
 {
     for (int k = 0; k < m->n; k++) {

@@ -63,7 +63,7 @@ stein_status lab_plan_stroke(const char *path, const lab_experiment *e, int susp
                              const lab_plan_def *def, stein_err *err)
 {
     const lab_plan_def plain = lab_plan_def_default(), *used = def != NULL ? def : &plain;
-    plan__model side[2] = {{.s = NULL}, {.s = NULL}}; // the cause, for the reference; the suspect
+    plan__model side[2] = {{.s = NULL}, {.s = NULL}}; // the cause, for the reference; the candidate
     plan__reference b = {.def = NULL};
     plan__prediction v = {.y = NULL};
     lab__file out;

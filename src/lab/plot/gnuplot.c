@@ -9,7 +9,7 @@
 
 #include "plot.h"
 
-/* what is to be drawn where */
+/* curves and their panels */
 typedef struct job {
     const char *path;
     int width, height;

@@ -43,10 +43,10 @@ typedef struct plot {
     int npanel;
     double from[2], to[2]; /* of the columns [s] */
     int ncolumn;
-    double time_scale; /* from s to what the time axis shows */
+    double time_scale; /* from s to the unit of the time axis */
 } plot;
 
-/* ---- what to draw ---- */
+/* ---- curves ---- */
 
 static panel *add_panel(plot *p, const char *label, double weight)
 {

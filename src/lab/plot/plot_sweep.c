@@ -100,7 +100,7 @@ static void plan_stroke(picture *p)
               lab__table_column(t, "peak_string_force"));
 }
 
-/* final outputs after the status and the time; those of one unit share a panel */
+/* final outputs after the status and the time; outputs of one unit share a panel */
 static void plan_outputs(picture *p)
 {
     const lab_table *t = p->table;
@@ -209,7 +209,7 @@ static void write_title(FILE *f, const picture *p)
     const char *model = strstr(p->table->head, "# model: ");
     char text[4 * LABEL];
     int n = model != NULL ? (int)strcspn(model + 9, "\n") : 0;
-    n = n < LABEL ? n : LABEL; // of a journal from elsewhere, as long as it likes
+    n = n < LABEL ? n : LABEL; // of a journal from another source, of any length
     int used = snprintf(text, sizeof text, "%.*s", n, model != NULL ? model + 9 : "");
     if (p->naxis == 2) {
         used += snprintf(text + used, sizeof text - (size_t)used, ": %.*sover %s and %s",
@@ -272,7 +272,7 @@ static void write_plot(FILE *f, const picture *p, const panel *n)
     }
     fprintf(f, drawn > 0
                    ? "\n"
-                   : "set yrange [0:1]\nunset ytics\nset label 98 'no such event' at graph "
+                   : "set yrange [0:1]\nunset ytics\nset label 98 'no event' at graph "
                      "0.5, 0.5 center tc '#505050'\nplot 2 notitle\nset yrange [*:*] noextend\n"
                      "set ytics out nomirror scale 0.6 tc '#202020'\nunset label 98\n");
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * diagnosis.c - a diagnosis: its words, what it shows, its release.
+ * diagnosis.c - a diagnosis: its words, its contents, its release.
  */
 #include <stdlib.h>
 

@@ -87,8 +87,8 @@ void page__seen(FILE *f, const lab_diagnosis *d)
     if (d->nsuspect == diag__count(d, LAB_NOT_JUDGED)) {
         return;
     }
-    fputs("<section id=\"seen\"><h2>Detectability</h2>\n<p>What these records say about "
-          "every candidate beside what was found, all else refitted. An effect of the size "
+    fputs("<section id=\"seen\"><h2>Detectability</h2>\n<p>Estimates and limits from these records "
+          "for every candidate, beside the causes, all else refitted. An effect of the size "
           "\"would be named from\" would have been named with 95&nbsp;% probability.</p>\n",
           f);
     for (int k = 0; k < GROUPS; k++) {

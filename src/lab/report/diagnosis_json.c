@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * diagnosis_json.c - diagnosis.json: what was found, for programs.
+ * diagnosis_json.c - diagnosis.json: the result for programs.
  *
  * The keys that a reader may rely on: verdict, causes, indistinguishable, next_experiment, gain,
- * noise_floor, audit, motion_check. What cannot be known is null. RMSE and noise floor count in
+ * noise_floor, audit, motion_check. Unknown values are null. RMSE and noise floor count in
  * units of the noise of one sample, everything else is SI.
  */
 #include <math.h>
@@ -68,7 +68,7 @@ static void write_name(lab__json *j, const lab_suspect *s)
     write_scope(j, s);
 }
 
-/* what the records say of themselves: one with a wrong setting, one behind which they change */
+/* findings about the records: one with a wrong setting, one behind which they change */
 static void write_odd_records(lab__json *j, const lab_diagnosis *d)
 {
     const lab_suspect *change = NULL, *setting = NULL;
@@ -174,7 +174,7 @@ static void write_used(lab__json *j, const char *key, const lab_used *u, int n, 
     lab__json_close(j);
 }
 
-/* what the strokes were like */
+/* conditions of the strokes */
 static void write_conditions(lab__json *j, const lab_conditions *c)
 {
     lab__json_open(j, "conditions", '{');
@@ -336,7 +336,7 @@ static void write_fit(lab__json *j, const lab_diagnosis *d)
     lab__json_close(j);
 }
 
-/* where what the records set is not what they say */
+/* settings that differ from the records' statements */
 static void write_settings_off(lab__json *j, const lab_diagnosis *d)
 {
     lab__json_open(j, "settings_off", '[');
@@ -350,7 +350,7 @@ static void write_settings_off(lab__json *j, const lab_diagnosis *d)
     lab__json_close(j);
 }
 
-/* stroke by stroke: what is left [noise], the amount of the first cause in it alone */
+/* stroke by stroke: residual [noise], the amount of the first cause in it alone */
 static void write_each(lab__json *j, const lab_diagnosis *d)
 {
     lab__json_open(j, "each", '[');
@@ -369,7 +369,7 @@ static void write_each(lab__json *j, const lab_diagnosis *d)
     lab__json_close(j);
 }
 
-/* what is left, what was fitted, by which strokes */
+/* residual, fitted numbers, strokes */
 static void write_remainder(lab__json *j, const lab_diagnosis *d)
 {
     lab__json_open(j, "remainder", '{');

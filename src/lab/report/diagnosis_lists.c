@@ -6,7 +6,7 @@
 
 #include "diagnosis_page.h"
 
-enum { ROWS = 96, SUSPECTS = 12, AUDIT = 40 };
+enum { ROWS = 96, SUSPECTS = 12, FIRST = 6, AUDIT = 40 };
 
 /* ---- place by phase ---- */
 
@@ -308,21 +308,31 @@ void page__gains(FILE *f, const lab_diagnosis *d)
 
 /* ---- audit, parameters ---- */
 
+static void findings(FILE *f, const lab_diagnosis *d, int from, int to)
+{
+    fputs("<ul>\n", f);
+    for (int i = from; i < d->nfinding && i < to; i++) {
+        fputs("<li>", f);
+        page__text(f, d->finding[i]);
+        fputs("</li>\n", f);
+    }
+    fputs("</ul>\n", f);
+}
+
 void page__audit(FILE *f, const lab_diagnosis *d)
 {
     fputs("<section id=\"audit\"><h2>The data</h2>\n", f);
     if (d->nfinding == 0) {
         fputs("<p>The audit found nothing in the files that limits the fit.</p>\n", f);
     } else {
-        fputs("<ul>\n", f);
-        for (int i = 0; i < d->nfinding && i < AUDIT; i++) {
-            fputs("<li>", f);
-            page__text(f, d->finding[i]);
-            fputs("</li>\n", f);
-        }
-        fputs("</ul>\n", f);
-        if (d->nfinding > AUDIT) {
-            fprintf(f, "<p class=\"quiet\">and %d more.</p>\n", d->nfinding - AUDIT);
+        findings(f, d, 0, FIRST);
+        if (d->nfinding > FIRST) {
+            fprintf(f, "<details><summary>%d more</summary>\n", d->nfinding - FIRST);
+            findings(f, d, FIRST, AUDIT);
+            if (d->nfinding > AUDIT) {
+                fprintf(f, "<p class=\"quiet\">and %d more.</p>\n", d->nfinding - AUDIT);
+            }
+            fputs("</details>\n", f);
         }
     }
     fputs("</section>\n", f);

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * diagnosis_page.c - report.html: one file without network, scripts or fonts of its own.
+ * diagnosis_page.c - report.html: one file without network, scripts or embedded fonts.
  *
  * The first screen (diagnosis_summary.c) answers the questions; the rest shows why.
  *
- * Each colour has one meaning: rust the model before, blue the model after, grey what was measured,
- * green noise, violet a cause and what cannot be told from it, amber a warning.
+ * Each colour has one meaning: rust the model before, blue the model after, grey measurements,
+ * green noise, violet a cause and its rivals, amber a warning.
  */
 #include "diagnosis_page.h"
 

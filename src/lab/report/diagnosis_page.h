@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * diagnosis_page.h - what the files of report.html share.
+ * diagnosis_page.h - shared by the files of report.html.
  *
  *   diagnosis_page.c   the page, its style              diagnosis_chart.c  axes and curves
  *   diagnosis_summary.c  the first screen
@@ -61,9 +61,9 @@ void page__dots(const page__plot *p, const char *cls, const double *x, const dou
 /** The area between lo and hi. */
 void page__band(const page__plot *p, const char *cls, const double *x, const double *lo,
                 const double *hi, int n, double sx, double sy);
-/** What a tip says of sample i. */
+/** Text of a tip for sample i. */
 typedef void page__tip_fn(FILE *f, const void *ctx, int i);
-/** Strips over the plot that tell their values when a pointer rests on them, of samples with a y.
+/** Strips over the plot that show their values when a pointer rests on them, for samples with a y.
  */
 void page__tips(const page__plot *p, const double *x, const double *y, int n, double sx,
                 page__tip_fn *tip, const void *ctx);

@@ -76,7 +76,7 @@ static void time_range(const lab_trace *t, double *from, double *to)
     *to = t->t[t->n - 1];
 }
 
-/* from seconds to what the time axis counts in, and its name */
+/* from seconds to the unit of the time axis, and its name */
 static double time_unit(double from, double to, const char **label)
 {
     int slow = to - from > 1.5;
@@ -99,7 +99,7 @@ static void axis_label(char *text, size_t size, const char *what, const page__un
     snprintf(text, size, u->name[0] != '\0' ? "%s [%s]" : "%s", what, u->name);
 }
 
-/* what is seen at one sample of a record */
+/* values at one sample of a record */
 typedef struct reading {
     const lab_trace *t;
     page__unit u;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * diagnosis_summary.c - the first screen of report.html: verdict, what speaks against it, size,
- * error in the channels' units, rivals, what remains, what forces say, what to do next.
+ * diagnosis_summary.c - the first screen of report.html: verdict, contradictions, size, error in
+ * the channels' units, rivals, the remaining residual, the check by forces, the next step.
  */
 #include <math.h>
 #include <string.h>
@@ -50,7 +50,7 @@ static void card(FILE *f, const char *title)
     fprintf(f, "<div class=\"card\"><h2>%s</h2>\n", title);
 }
 
-/* which of several causes, and what the others are without it */
+/* one of several causes, and the error of the others without it */
 static void cause_line(FILE *f, const lab_suspect *s)
 {
     fputs("<p>", f);
@@ -118,7 +118,7 @@ static void rivals_card(FILE *f, const lab_diagnosis *d)
               f);
         return;
     }
-    fputs("<p>These records cannot tell it from</p><ul>", f);
+    fputs("<p>These records cannot separate it from</p><ul>", f);
     for (int i = d->ncause; i < d->ncause + d->nrival && i < d->nsuspect; i++) {
         fputs("<li>", f);
         page__cause(f, &d->suspect[i].candidate);
@@ -209,7 +209,7 @@ static const char *advice(const lab_diagnosis *d)
 {
     switch (d->verdict) {
     case LAB_VERDICT_EXPLAINED:
-        return "Use the model as it is. Effects smaller than the noise and scatter of these "
+        return "Use the model without changes. Effects smaller than the noise and scatter of these "
                "records may still be missing.";
     case LAB_VERDICT_NOT_CONVERGED:
         return "Check the data and the starting numbers below first. No statement about physics "
@@ -299,7 +299,7 @@ static void suspect_card(FILE *f, const lab_diagnosis *d)
     fputs("</div>\n", f);
 }
 
-/* what the best model leaves, and what could be there without being named */
+/* residual of the best model, and effects that may exist without being named */
 static void remains_card(FILE *f, const lab_diagnosis *d)
 {
     int weak = diag__count(d, LAB_WEAK), unseen = diag__count(d, LAB_NOT_TESTABLE);
@@ -338,7 +338,7 @@ static void forces_card(FILE *f, const lab_motion *m)
     fputs("</p></div>\n", f);
 }
 
-/* ---- what speaks against the verdict ---- */
+/* ---- contradictions of the verdict ---- */
 
 /* one more entry of a list that is there only when it has one */
 static void item(FILE *f, int *n)

@@ -1,14 +1,15 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * batch.c - many runs of one model, on the threads of a pool and in the lanes of each.
  *
- * Each point gets a simulation made from a descriptor whose defaults are the point's parameters -
- * as if the file had said so. Nothing of one point reaches another one, so any number of threads
- * and lanes gives the same bits, and a parameter set without equilibrium fails alone. Creating a
- * simulation costs one allocation, nothing beside a stroke.
+ * Each point gets a simulation from a descriptor with the point's parameters as defaults, as if the
+ * file stated them. Nothing of one point reaches another one, so any number of threads and lanes
+ * gives the same bits, and a parameter set without equilibrium fails alone. Creating a simulation
+ * costs one allocation, nothing beside a stroke.
  *
- * A thread takes points in chunks. Each of its lanes has a run (strike.c), which tells what its
- * simulation needs next. Fixed steps are taken in all lanes at once; steps of controlled error have
- * a length of their own in each lane. A lane whose run is over takes the next point of the chunk.
+ * A thread takes points in chunks. Each of its lanes has a run (strike.c), which returns the next
+ * operation of its simulation. Fixed steps are taken in all lanes at once; steps of controlled
+ * error have a length of their own in each lane. After the end of a run its lane takes the next
+ * point of the chunk.
  */
 #include <math.h>
 #include <pthread.h>
@@ -23,7 +24,7 @@ enum { CHUNKS = 4 }; /* for each thread, so that all of them end at about the sa
 typedef struct job {
     const lab__batch *batch;
     const stein_model *equations;
-    int *point; /* [npoint] what is to be done */
+    int *point; /* [npoint] points to compute */
     int npoint, chunk, lanes, done;
     pthread_mutex_t lock; /* of done */
 } job;
@@ -38,7 +39,7 @@ typedef struct lane {
     lab__runner *runner;
 } lane;
 
-/* what a thread has of its own */
+/* data of a thread */
 typedef struct worker {
     lane *lane; /* [lanes] */
     int lanes;
@@ -152,7 +153,7 @@ static stein_status begin_point(const job *j, worker *t, int i, int point, stein
     return *failed == STEIN_ENOMEM ? STEIN_ENOMEM : STEIN_OK;
 }
 
-/* what the run in a lane does between steps, up to where a step is next; *over: it does no more.
+/* operations of the run in a lane between steps; *over: it does no more.
  * @return its status */
 static stein_status advance_lane(worker *t, int i, stein_status status, int *over, stein_err *err)
 {
@@ -173,7 +174,7 @@ static stein_status advance_lane(worker *t, int i, stein_status status, int *ove
     return status;
 }
 
-/* fill empty lanes from the chunk, advance all; a lane whose run is over is filled at once.
+/* fill empty lanes from the chunk, advance all; after the end of a run its lane is filled at once.
  * @param steps  out: so many are next in all lanes; 0: none is left */
 static stein_status advance_lanes(job *j, worker *t, int *next, int end, long *steps,
                                   stein_err *err)
@@ -219,7 +220,7 @@ static stein_status begin_run(job *j, worker *t, int i, stein_status status, ste
     double stop = NAN;
     if (s->runner != NULL) {
         do {
-            (void)stein_batch_sim(t->together, i); // what is next may change it
+            (void)stein_batch_sim(t->together, i); // the next operation may change it
             status = lab__runner_next(s->runner, status, &stop, err);
             if (!isnan(stop)) {
                 status = stein_batch_begin(t->together, i, stop, lab__runner_pace(s->runner), err);

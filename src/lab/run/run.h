@@ -32,10 +32,10 @@ stein_status lab__steps_of(lab__steps *steps, const lab_model *model, const char
 
 /* ---- strike.c ---- */
 
-/** A run that says step by step what its simulation is to do. */
+/** A run that returns step by step the next operation of its simulation. */
 typedef struct lab__runner lab__runner;
-/** What the next call of lab__runner_next needs of a simulation that may be in a lane: what is
- * always up to date, its state to look at, or the whole of it to be changed. */
+/** State that the next call of lab__runner_next needs of a simulation that may be in a lane: the
+ * values that are always up to date, the state for reading, or all of it for changing. */
 typedef enum { LAB_NOTHING, LAB_TO_LOOK, LAB_TO_CHANGE } lab__need;
 /** Begin a run of a simulation, which stays its owner's, as a stroke or as a motion
  *  without a verdict.
@@ -50,12 +50,12 @@ lab__need lab__runner_needs(const lab__runner *play);
 long lab__runner_steps(const lab__runner *play);
 /** The pace of its runs, where their error is controlled. */
 stein_pace *lab__runner_pace(lab__runner *play);
-/** Between steps. @param status  of what was done last, OK at the beginning
+/** Between steps. @param status of the last operation, OK at the beginning
  *  @param stop  out: INFINITY: one step is next; a time: a run to it; NAN: it is over. Where the
  *               error is controlled always a run
  *  @return OK, or why it is over */
 stein_status lab__runner_next(lab__runner *play, stein_status status, double *stop, stein_err *err);
-/** What a stroke that is over was. */
+/** Result of a finished stroke. */
 void lab__runner_stroke(lab__runner *play, lab_stroke *stroke);
 /** Output channel that reads `read` of thing `index`, counted absolutely; -1 when there is none. */
 int lab__channel_of(const stein_model *model, stein_read_kind read, int index);
@@ -68,8 +68,8 @@ typedef struct lab__stop {
     void *ctx;
 } lab__stop;
 int lab__stop_asked(const lab__stop *stop);
-/** The failure with which work that shall stop goes up: that of memory, which every caller passes
- * on and none takes for a property of the model. @return ENOMEM */
+/** The failure with which work that shall stop goes up: out of memory: every caller passes it on,
+ * and none takes it for a property of the model. @return ENOMEM */
 stein_status lab__stop_work(stein_err *err);
 /** At the public call that was given the question. @return ESTOPPED in place of ENOMEM, if that is
  *  why; else status */
@@ -81,11 +81,11 @@ stein_status lab__stop_end(stein_status status, const lab__stop *stop, stein_err
 typedef struct lab__thread_pool {
     int n, threads;
     const unsigned char *skip; /* [n] 1: leave out this piece; may be NULL */
-    /** What a thread needs of its own; may be NULL. A failure ends the work. */
+    /** Data of a thread; may be NULL. A failure ends the work. */
     stein_status (*begin)(void *ctx, void **worker, stein_err *err);
     /** One piece, in any order, from any thread. Anything but OK ends the work. */
     stein_status (*work)(void *ctx, void *worker, int i, stein_err *err);
-    /** What a thread has begun and not ended when there is no piece left; may be NULL. As work. */
+    /** Ends the unfinished work of a thread when there is no piece left; may be NULL. As work. */
     stein_status (*rest)(void *ctx, void *worker, stein_err *err);
     void (*end)(void *worker); /* also after a failed begin; may be NULL */
     lab__stop stop;            /* asked before every piece */
@@ -105,16 +105,16 @@ void lab__dot_rows(const double *a, const double *b, size_t n, int rows, double 
 /* ---- batch.c ---- */
 
 enum { LAB_THREADS = 64 };
-/** What came out at one point. Called from any thread, once a point, in any order; what it stores
- *  belongs to the point alone.
+/** Result at one point. Called from any thread, once a point, in any order; it stores only data of
+ *  the point.
  *  @param sim     at the end of its run, from a reset with the point's parameters; NULL when there
  *                 was none
- *  @param stroke  what it was, where it was one and status is OK
+ *  @param stroke its result, if it was one and status is OK
  *  @param status  OK, or why there is no simulation or no stroke
  *  @return OK; anything else ends the batch */
 typedef stein_status lab__point_fn(void *ctx, int point, stein_sim *sim, const lab_stroke *stroke,
                                    stein_status status, stein_err *err);
-/** Many runs of one model, each with parameters of its own: strokes, where the model names one. */
+/** Many runs of one model, each with its parameters: strokes, where the model names one. */
 typedef struct lab__batch {
     const lab_stroke_def *def; /* of every run, without samples */
     const lab_model *model;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * strike.c - one stroke and what came of it: escapement, impact, outcome.
+ * strike.c - one stroke and its results: escapement, impact, outcome.
  *
  * Everything with a time comes from the core's located events, not from samples, so it does not
  * depend on the sampling. At an event only positions are read; what needs another state (the
@@ -8,12 +8,12 @@
  *
  *      dgap/dt = (gap(t + e, q + e qd) - gap(t - e, q - e qd)) / 2e,     e = 1 us
  *
- * whose error is of the order e^2 against the time scale of the stroke (1e-8). A channel for the
+ * with an error of order e^2 relative to the time scale of the stroke (1e-8). A channel for the
  * gap's rate would have to exist in every mechanism file. The peak force is the vertex of the
  * parabola through the highest step and its neighbours.
  *
- * A run never steps by itself: it says what the simulation is to do next (lab__runner_next), so
- * that many of them can go side by side in lanes (batch.c).
+ * A run never steps by itself: it returns the next operation of the simulation (lab__runner_next),
+ * so that many runs can go side by side in lanes (batch.c).
  */
 #include <math.h>
 #include <stdlib.h>
@@ -43,14 +43,14 @@ typedef struct lab__runner {
     int lifted;    /* the load is gone, or will not be lifted */
     enum { PLAYING, REARMING, OVER } phase;
     double rearmed;    /* end of the motion on the side [s] */
-    double look;       /* when it is looked at next [s] */
+    double look;       /* time of the next look [s] */
     int at_rest;       /* looks in a row at which nothing moved */
     double start;      /* [s] */
     double dt;         /* of the simulation [s] */
     double due;        /* time of the next sample [s] */
     int string, notch; /* contact and notch */
     int gap, force;    /* channels */
-    int over;          /* the load was lifted: what comes is no part of the stroke */
+    int over;          /* the load was lifted: the following motion is no part of the stroke */
     int touched;       /* beak was in contact under the roof */
     double *hit;       /* q, qd at the first impact, room for a q [3*nq] */
     void *kept;        /* saved state */
@@ -177,7 +177,7 @@ static void note_force(run *r)
     sample3 now = {stein_time(r->sim), read_plain(r->sim, r->force)};
     r->stroke.peak_string_force = fmax(r->stroke.peak_string_force, now.f);
     if (r->nlast > 0 && r->last[r->nlast - 1].f == 0.0) {
-        r->last[r->nlast - 1].t = now.t - r->dt; // without a force not every step is looked at
+        r->last[r->nlast - 1].t = now.t - r->dt; // without a force not every step is inspected
     }
     if (r->nlast == 3) {
         memmove(r->last, r->last + 1, 2 * sizeof *r->last);
@@ -301,7 +301,7 @@ static int is_ready(run *r)
            fabs(stein_qd(r->sim)[hammer]) < hammer_at_rest;
 }
 
-/* would it re-arm when the load is lifted now? What follows is a motion on the side */
+/* would it re-arm when the load is lifted now? A motion on the side follows */
 static void begin_rearming(run *r)
 {
     if (!stein_load_present(r->sim) || r->notch < 0) {
@@ -326,7 +326,7 @@ static int is_still(const run *r)
     return !moves;
 }
 
-/* the motion on the side, looked at when it is time; @return is it over? */
+/* the motion on the side, at its next time; @return is it over? */
 static int watch_rearming(run *r)
 {
     double t = stein_time(r->sim);
@@ -356,7 +356,7 @@ static lab_outcome judge(const run *r)
     return r->stroke.impacts > 0 ? LAB_STRUCK : LAB_NO_IMPACT;
 }
 
-/* what the mechanism file has to name for a stroke */
+/* required names of the mechanism file for a stroke */
 static stein_status find_channels(run *r, stein_err *err)
 {
     const stein_model *model = stein_sim_model(r->sim);
@@ -399,7 +399,7 @@ static stein_status begin_stroke(run *r, stein_err *err)
     return STEIN_OK;
 }
 
-/* the motion is at its end, or failed: what is left to find out */
+/* the motion is at its end, or failed: remaining results */
 static stein_status end_motion(run *r, stein_status status, stein_err *err)
 {
     stein_on_event(r->sim, NULL, NULL);
@@ -498,7 +498,7 @@ stein_status lab__runner_next(lab__runner *r, stein_status status, double *stop,
     if (status != STEIN_OK) {
         r->phase = OVER;
     }
-    // one step, or what is left when that is not more
+    // one step, or the rest if that is shorter
     *stop = r->phase == OVER     ? NAN
             : is_controlled(r)   ? next_look(r)
             : whole_step_left(r) ? INFINITY

@@ -2,9 +2,9 @@
  * thread_pool.c - n pieces of work on several threads.
  *
  * Each thread has data of its own, the worker (a simulation, buffers), and takes the next piece
- * that no thread has taken. A piece writes only into what belongs to it, so the result depends
- * neither on the number of threads nor on which of them did what. Everything in the lab that runs
- * on several threads does so here.
+ * that no thread has taken. A piece writes only its own data, so the result does not depend on the
+ * number of threads or on the assignment of pieces. Everything in the lab that runs on several
+ * threads does so here.
  */
 #include <pthread.h>
 

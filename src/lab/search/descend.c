@@ -267,9 +267,9 @@ static stein_status fit_record(void *ctx, int s, fit__pool *pool, stein_err *err
         memcpy(x, a->x, sizeof *x * (size_t)own.np);
         status = follow(&own, x, err);
         status = status != STEIN_OK ? status : diag__descend(&own, &e, DIAG_IF_FAR, err);
-        for (int k = 0; k < t->own; k++) { // in the unit of the problem
-            double unit = own.unknown[own.np + k].sd / p->unknown[t->first + k].sd;
-            a->x[t->first + k] = x[own.np + k] * unit;
+        for (int k = 0; k < t->own; k++) { // as the problem counts: one record may begin elsewhere
+            const fit__unknown *u = &own.unknown[own.np + k], *v = &p->unknown[t->first + k];
+            a->x[t->first + k] = (u->start + u->sd * x[own.np + k] - v->start) / v->sd;
         }
     }
     free(x);

@@ -199,7 +199,8 @@ static int is_worth(const diag__problem *q, const diag__table *t, const diag__li
     if (drops_scoped(q, l->row, &p->h)) {
         return had == NULL;
     }
-    if (p->source == 'L') { // the best row is no answer yet, or the noise that would tell is unknown
+    if (p->source ==
+        'L') { // the best row is no answer yet, or the noise that would tell is unknown
         return had == NULL && l->row == best && (q->scale_free || !diag__leaves_noise(best));
     }
     if (p->source == 'T') { // it is no answer to what leaves much more than noise

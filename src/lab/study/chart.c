@@ -199,7 +199,7 @@ static void write_legend(FILE *f, const study_chart *c, const study_panel *p)
     }
 }
 
-/* is there anything to see? gnuplot refuses a panel without a single point */
+/* is the chart empty? gnuplot refuses a panel without a single point */
 static int has_points(const study_curve *v)
 {
     for (int row = 0; row < v->table->nrow; row++) {

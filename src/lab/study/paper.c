@@ -2,7 +2,7 @@
  * paper.c - section 5 of the paper: figures 9, 11, 12, 13 over the shift dx of the pawl's stop.
  *
  * The paper's numbers: dynamic escapement at 2.2 mm, -20 mm per mm, working range -1.25 .. +0.2 mm,
- * 1 N per 0.2 mm; its straight lines are drawn beside what the simulation finds. The static
+ * 1 N per 0.2 mm; its straight lines are drawn beside the simulated results. The static
  * ("geometric") height is followed by static_escapement.c at every dx of the grid.
  */
 #include <gsl/gsl_fit.h>

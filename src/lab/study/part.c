@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * part.c - what a part of the study is made of: tables, pictures, sentences.
+ * part.c - elements of a part of the study: tables, pictures, sentences.
  */
 #include <math.h>
 #include <stdarg.h>

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * regulate.c - regulating: the value of one parameter that brings the escapement to a height.
+ * regulate.c - regulating: the value of one parameter at which the escapement has a given height.
  *
  * The height is monotonic in every regulation but has an end on both sides (no escapement, or a
  * missed notch), where it does not exist. Bisection needs no derivative and stays inside.
@@ -27,7 +27,7 @@ static void on_event(void *ctx, stein_sim *sim, const stein_event *event)
     }
 }
 
-/* as lab_strike has it, but over with the escapement: half the cost */
+/* as in lab_strike, ended by the escapement: half the cost */
 double study_height(const study *s, stein_sim *sim)
 {
     const stein_model *m = lab_equations(s->model);

@@ -1,18 +1,18 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * sensitivity.c - what every parameter does to escapement height, impact speed and peak force.
+ * sensitivity.c - effect of every parameter on escapement height, impact speed and peak force.
  *
  * Central differences about the reference, [y(p + h) - y(p - h)] / 2h, of strokes under the load,
  * each from its own equilibrium. The unit step that the slopes refer to: 0.1 mm for a length, 0.1
  * degree for an angle (1 % of an angle depends on where it is counted from), 1 % for everything
- * else. The difference starts at a quarter of it and is halved until each response has had two
- * slopes that agree within 2 % (or within what is too small to count), at most four times; what
- * never agrees is marked. The pair that agrees best counts: large steps bend, small ones drown in
- * the rounding of the peak. The time step is halved (10 us): at 20 us the vertex of the force
- * between steps is off by up to 2e-3 N, which a difference of 1 % magnifies.
+ * else. The difference starts at a quarter of it and is halved, at most four times, until each
+ * response has two slopes that agree within 2 % (or within a negligible amount); slopes that never
+ * agree are marked. The pair that agrees best counts: large steps bend, small ones drown in the
+ * rounding of the peak. The time step is halved (10 us): at 20 us the vertex of the force between
+ * steps is off by up to 2e-3 N, which a difference of 1 % magnifies.
  *
  * Parameters without a slope by construction are left out: zeros that are neither places nor
- * angles, or are an end of what the number can be (they switch a law off), the directions of
- * inputs, sensors, initial values (the stroke starts from equilibrium).
+ * angles, or are an end of the number's range (they switch a law off); directions of inputs;
+ * sensors; initial values (the stroke starts from equilibrium).
  */
 #include <math.h>
 #include <stdlib.h>
@@ -24,7 +24,7 @@ enum { TOP = 20, HALVINGS = 4 };
 static const double length_step = 1e-4, angle_step = 0.1 * 0.017453292519943295, share = 0.01;
 static const double after = 15e-3; /* the peak is over so long after the reference impact [s] */
 static const double agreement = 0.02;
-/* what does not count: 1 um, 0.1 mm/s, 2 mN a unit step */
+/* negligible amounts: 1 um, 0.1 mm/s, 2 mN a unit step */
 static const double floor_of[STUDY_RESPONSES] = {1e-6, 1e-4, 2e-3};
 
 /* ---- strokes with one number changed ---- */

@@ -4,10 +4,10 @@
  *
  * The key is held at a growing angle; at each the hammer and the pawl find their static equilibrium
  * next to the one before (continuation, stein_settle). In equilibrium nothing slides, so friction
- * has no part in it: this is what a technician's feeler gauge would find on a dry, unhurried
- * action. The last equilibrium with the beak under the roof is bracketed by halving the last step
- * of the key. A slow prescribed motion was tried instead: it never stops creeping on the smooth
- * friction law and needs seconds of simulated time.
+ * has no part in it: a technician's feeler gauge would find this on a dry, slowly moved action. The
+ * last equilibrium with the beak under the roof is bracketed by halving the last step of the key. A
+ * slow prescribed motion was tried instead: it never stops creeping on the smooth friction law and
+ * needs seconds of simulated time.
  */
 #include <math.h>
 #include <stdlib.h>

@@ -2,16 +2,17 @@
  * stroke_details.c - one stroke, seen closely: the finger's force, the friction in the notch, the
  * re-arming.
  *
- * A trace is kept at every step and judged when lab_strike has told the event times.
+ * A trace is kept at every step and evaluated when lab_strike has returned the event times.
  *
- *   finger    force of the load on the key, or the moment of the prescribed motion by the arm of
- * the load's place; its largest value is taken in the second half of the time before escapement,
- * when the first knock of the beak on the roof is over, of means over 3 ms slip      in phase iii
- * the beak's face slides on the corner C. Its speed there is v = (v_beak(C) - v_pawl(C)) . b b
- * along the beak's face and the work of friction  W = int mu(v) N v dt >= 0, mu odd in v. Sliding
- * begins when |v| first exceeds the threshold v_t of the friction law: below it the smooth law
- * creeps where dry friction sticks. re-arming the beak's end is under the roof and overlaps it, for
- * good
+ *   finger     force of the load on the key, or the moment of the prescribed motion by the arm of
+ *              the load's place; the largest mean over 3 ms in the second half of the time before
+ *              escapement, after the first knock of the beak on the roof
+ *   slip       in phase iii the beak's face slides on the corner C. Its speed there is
+ *              v = (v_beak(C) - v_pawl(C)) . b, b along the beak's face, and the work of friction
+ *              W = int mu(v) N v dt >= 0, mu odd in v. Sliding begins when |v| first exceeds the
+ *              threshold v_t of the friction law: below it the smooth law creeps where dry
+ *              friction sticks
+ *   re-arming  the beak's end is under the roof and overlaps it, for good
  *
  * Poses come from the generated equations, as the notch in the core takes them.
  */

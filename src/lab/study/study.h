@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * study.h - what the files of the study share with each other, the command and the tests. Not
- * installed.
+ * study.h - shared by the files of the study, the command and the tests. Not installed.
  *
  *   study.c  the order of the parts          pool.c   many simulations on threads
  *   stroke_details.c   one stroke, seen closely        static_escapement.c  the key pressed
@@ -12,8 +11,9 @@
  *   angle.c        the notch's angle         sensitivity.c  every parameter
  *   regulate.c        a parameter for a height  tolerance.c    Monte Carlo
  *
- * A part of the study simulates, fills tables (they become CSV files), says in sentences what came
- * out, and lists the pictures of its tables. Everything it says is computed from the run.
+ * A part of the study simulates, fills tables (they become CSV files), writes its results in
+ * sentences, and lists the pictures of its tables. All numbers in the sentences are computed from
+ * the run.
  * Included by: this folder, src/cli.
  */
 #ifndef STUDY_H
@@ -38,7 +38,7 @@ typedef struct study_slope {
     double step;                   /* of the central difference, in unit steps */
     int agrees;                    /* halving the step changed nothing to speak of */
 } study_slope;
-/** One study: the model, how to compute, what all parts need to know about the action. */
+/** One study: the model, settings of the computation, data about the action for all parts. */
 typedef struct study {
     const lab_model *model;
     int threads;
@@ -63,8 +63,8 @@ typedef struct study {
     char left_out[160];        /* why parts with a prescribed motion are missing; "" */
 } study;
 
-/** Job i of n on a simulation whose parameters are those of the file; all jobs of a part see their
- *  own simulation and write their own results, so these do not depend on the number of threads.
+/** Job i of n on a simulation with the file's parameters. Every job of a part has its own
+ *  simulation and results, so these do not depend on the number of threads.
  *  @return how its last stroke ended: without memory the study is over, any other failure is one of
  *  the results */
 typedef stein_status study_job_fn(void *ctx, stein_sim *sim, int i);
@@ -80,7 +80,7 @@ stein_sim_def study_def(const study *s);
 stein_sim_def study_def_controlled(const study *s);
 /** A simulation as the jobs get it. */
 stein_status study_sim(const study *s, stein_sim **sim, stein_err *err);
-/** Find the reference stroke and what follows from it; `s` has model, threads, dt.
+/** Find the reference stroke and its results; `s` has model, threads, dt.
  *  @return OK, EINVAL or ENAME (the model lacks what a study needs), numerical failures */
 stein_status study_begin(study *s, stein_err *err);
 
@@ -103,7 +103,7 @@ typedef struct study_drive {
 } study_drive;
 study_drive study_drive_default(void);
 
-/** A stroke with what lab_stroke does not hold. NAN where there was no such thing. */
+/** A stroke with further results beside lab_stroke. NAN where there was none. */
 typedef struct study_details {
     stein_status status;
     lab_stroke stroke;
@@ -122,7 +122,8 @@ typedef struct study_watch {
     void *ctx;
 } study_watch;
 
-/** Reset `sim` (parameters as they are) and run the stroke. Failures are in details->status. */
+/** Reset `sim`, with its present parameters, and run the stroke. Failures are in
+ * details->status. */
 void study_strike(const study *s, stein_sim *sim, const study_drive *drive,
                   const study_watch *watch, study_details *details);
 /** The key's motion of a touch: share of the way [0, 1] and its derivatives by t/travel. */
@@ -262,7 +263,7 @@ typedef stein_status study_part_fn(const study *s, study_part *part, stein_err *
 study_part_fn study_paper, study_regulation, study_angle, study_touches, study_repetition,
     study_sensitivity, study_tolerance;
 
-/** The reference with parameter `param` changed by `by` [its unit], and what came of it. */
+/** The reference with parameter `param` changed by `by` [its unit], and its results. */
 typedef struct study_bend {
     int param;
     double by;

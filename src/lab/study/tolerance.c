@@ -4,16 +4,16 @@
  * Making tolerances (standard deviations): 1 % of every length, 0.01 rad of every angle (1 % of
  * slope; 1 % of an angle would depend on where it is counted from), 0.05 mm at the pawl's stop, 10
  * % of every felt (the stiffness a, b, c of one felt together, its damping D apart), 10 % of
- * friction; for the rest what the file states (+-), else 1 %. Every source is an independent normal
- * deviate; a source may move several parameters.
+ * friction; for other numbers the file's tolerance (+-), else 1 %. Every source is an independent
+ * normal deviate; a source may move several parameters.
  *
  *   linear       var h = sum over sources of (sum over its parameters dh/dp sigma_p)^2, with the
  *                slopes of sensitivity.c; a group's share is its part of the sum
  *   Monte Carlo  actions are drawn and struck; splitmix64 with one stream a sample, so a sample
  *                depends on the seed and its number alone
  *
- * The escapement has a working range of a few centimetres of height only, so at full tolerances
- * many actions do not strike before they are regulated and a spread cannot be measured on them. The
+ * The escapement works only in a range of a few centimetres of height. So at full tolerances many
+ * actions do not strike before they are regulated, and a spread cannot be measured on them. The
  * linear sum is therefore checked against a Monte Carlo at a tenth of the tolerances.
  */
 #include <math.h>
@@ -130,7 +130,7 @@ static stein_status draw_one(void *ctx, stein_sim *sim, int i)
     const stein_model *m = lab_equations(w->s->model);
     unsigned long long state = w->s->seed + 0x632be59bd9b4e019ull * (unsigned long long)(i + 1);
     double z[MAX_SOURCES];
-    int possible = 1; // a draw beyond what a number can be has no height
+    int possible = 1; // a draw outside of a number's range has no height
     uniform(&state);
     for (int k = 0; k < w->sources && k < MAX_SOURCES; k++) {
         z[k] = normal(&state);

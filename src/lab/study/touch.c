@@ -1,17 +1,17 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * touch.c - response of the action to the player: loads from 40 to 400 g, keys pressed and struck.
  *
- * The paper drives with one mass. A force-driven agreement says little about an action (Thorin,
- * Boutillon & Lozada 2014), so the key is also moved by prescribed motions over the way the load
- * gives it: pressed (quintic in time, from rest to rest) and struck (full speed at once, slowing
- * evenly). Key speed means the way of the load's place by the time it takes: the duration of the
- * motion, or, under a load, the time to the impact.
+ * The paper drives with one mass. An agreement under a prescribed force is weak evidence about an
+ * action (Thorin, Boutillon & Lozada 2014). So the key is also moved by prescribed motions, over
+ * the path that it has under the load: pressed (quintic in time, from rest to rest) and struck
+ * (full speed at once, slowing evenly). Key speed means the way of the load's place by the time it
+ * takes: the duration of the motion, or, under a load, the time to the impact.
  *
  * Usable are strokes that let the hammer go, strike once, and answer to the player: near the
  * softest stroke the head's speed falls to nothing within a few percent of key speed. There the
  * exponent d ln(head speed) / d ln(key speed), taken to the next slower stroke, exceeds 3. (At a
- * prescribed motion the hammer often flies ahead of the slowing key and is let go by the notch only
- * afterwards.) The softest is bracketed by halving between a duration that does not reach the
+ * prescribed motion the hammer often flies ahead of the slowing key and leaves the notch only
+ * afterwards.) The softest blow is found by bisection between a duration that does not reach the
  * string and one that does.
  */
 #include <math.h>
@@ -54,7 +54,7 @@ static void judge(const study_table *t)
     }
 }
 
-/* a load has no such threshold: it strikes once or not */
+/* a load has no threshold: it strikes once or not */
 static void judge_loads(const study_table *t)
 {
     for (int i = 0; i < t->nrow; i++) {

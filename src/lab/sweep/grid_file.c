@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * grid_file.c - a grid for a mechanism file: would the file accept these values?
  *
- * The equations know names and units, but neither which values make sense (a negative mass runs)
- * nor why a name is not among them (unknown, a structural zero, given by a formula). The reader of
- * mechanism files knows both, so it is asked: it reads the file with each end of each axis set, as
+ * The equations contain names and units, but neither the valid values (a negative mass runs) nor
+ * the reason why a name is missing (unknown, a structural zero, given by a formula). The reader of
+ * mechanism files has both, so it is called: it reads the file with each end of each axis set, as
  * --set would do it.
  */
 #include <math.h>
@@ -56,7 +56,7 @@ static stein_status read_with(const char *file, const lab_options *options, cons
     return status;
 }
 
-/* what the reader has to say after `set NAME = "VALUE": ` */
+/* problems of the reader with `set NAME = "VALUE": ` */
 static const char *reason(const char *message)
 {
     const char *at = strstr(message, "\": ");
@@ -76,8 +76,8 @@ static stein_status check_name(const char *name, const char *file, const lab_opt
         return lab__fail(err, STEIN_EINVAL, "vary %s: %s", name, reason(why.msg));
     }
     return lab__fail(err, STEIN_EINVAL,
-                     "vary %s: it is a structural zero, the equations have no "
-                     "such number; --set %s=VALUE brings it in, then it can be varied",
+                     "vary %s: it is a structural zero, which is not in the equations; --set "
+                     "%s=VALUE adds it, then it can be varied",
                      name, name);
 }
 

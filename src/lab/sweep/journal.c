@@ -7,12 +7,12 @@
  *   point,pawl.stop_shift [m],... *77e0b2a1
  *   3,-0.0009,ok,struck,... *5be31f0d       a row for every finished point, in any order
  *
- * A row is added by a single write() of the whole line in append mode. What a killed program leaves
- * is therefore complete lines and at most one torn one at the end, without newline, which is cut
- * off before anything else is added. A line whose checksum is wrong counts as not there: its point
- * is computed again. Nothing is ever rewritten in place, and only one process at a time may add (a
- * record lock, which the system takes back whatever happens to the process). A head other than
- * one's own is refused. Not covered: loss of power, for which every point would need an fsync.
+ * A row is added by a single write() of the whole line in append mode. A killed program therefore
+ * leaves complete lines and at most one torn line at the end, without newline, which is cut off
+ * before more is added. A line with a wrong checksum is ignored: its point is computed again.
+ * Nothing is ever rewritten in place, and only one process at a time may add (a record lock, which
+ * the system takes back whatever happens to the process). The head of another sweep is refused.
+ * Not covered: loss of power, for which every point would need an fsync.
  */
 #include <errno.h>
 #include <fcntl.h>
@@ -242,7 +242,7 @@ stein_status lab__journal_read(lab_table **table, const char *path, int *damaged
 
 /* ---- writing ---- */
 
-/* one write; what is not written whole is a failure */
+/* one write; an incomplete write is a failure */
 static stein_status append(int fd, const char *path, const char *text, size_t n, stein_err *err)
 {
     ssize_t done = write(fd, text, n);
@@ -260,7 +260,7 @@ static stein_status cut(int fd, const char *path, size_t size, stein_err *err)
     return ftruncate(fd, (off_t)size) == 0 ? STEIN_OK : io_error(err, path, "written", errno);
 }
 
-/* go on with what is there, or begin */
+/* continue the present journal, or begin */
 static stein_status take_up(const lab__journal *j, const content *c, lab_table *table, int *damaged,
                             stein_err *err)
 {

@@ -147,7 +147,7 @@ static const char *status_name(stein_status status)
     return status == STEIN_OK ? "ok" : name[status];
 }
 
-/* ",NUMBER", or an empty cell where there was no such event */
+/* ",NUMBER", or an empty cell without the event */
 static void put(FILE *f, double value)
 {
     char text[LAB_NUMBER];

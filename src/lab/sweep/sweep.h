@@ -36,7 +36,7 @@ stein_status lab__grid_add(lab_grid *grid, const char *name, const char *unit, c
 
 /* ---- sweep.c ---- */
 
-/** Find out what every point would fail with, by a run of one step: a stroke if the model names
+/** Find an error common to all points, by a run of one step: a stroke if the model names
  * one.
  *  @return OK (also when the file's own parameters fail numerically), EINVAL, ENOMEM */
 stein_status lab__check_points(const lab_model *model, double until, double release,
@@ -44,7 +44,7 @@ stein_status lab__check_points(const lab_model *model, double until, double rele
 
 /* ---- table.c ---- */
 
-/** Results of a sweep as rows of CSV, keyed by point. The head says everything that decides about
+/** Results of a sweep as rows of CSV, keyed by point. The head states everything that determines
  *  the rows, so two tables with equal heads belong to the same sweep. */
 struct lab_table {
     char *head;     /* "# name: value" lines and the line of columns, each with its newline */
@@ -53,7 +53,7 @@ struct lab_table {
     char **row; /* [n] without newline; NULL: not there */
     int n;
 };
-/** A table without rows from its head. @return OK, EPARSE (no such head), ENOMEM */
+/** A table without rows from its head. @return OK, EPARSE (no head of a sweep), ENOMEM */
 stein_status lab__table_new(lab_table **table, const char *head, stein_err *err);
 /** Take a row with its index in the first cell.
  *  @return OK, EPARSE (no row of this table), EINVAL (another result is there), ENOMEM */

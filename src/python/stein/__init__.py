@@ -8,8 +8,8 @@
     m.sweep({"pawl.stop_shift": "-1.2:0:13 mm"})
     stein.diagnose(m, ["run_1.csv", "run_2.csv"])
 
-Quantities are SI, names those of the mechanism file. A simulation belongs to one thread at a time,
-which a lock sees to; different ones run side by side.
+Quantities are SI; names come from the mechanism file. A simulation belongs to one thread at a time
+(it has a lock); different ones run side by side.
 """
 import csv
 import html
@@ -44,7 +44,7 @@ def load(file, set=None, *, dt=None, integrator=None):
 
     set: numbers of the file to override, {"pawl.stop_shift": "-0.3 mm"}; a number that is a literal
     0 in the file comes into the equations by it. dt [s] and integrator, "rk4", "dp5", "controlled" or
-    "implicit": how it is simulated, if not as the file says.
+    "implicit": simulation settings, if they differ from the file's.
     """
     return Simulation(file, set, dt=dt, integrator=integrator)
 
@@ -167,8 +167,8 @@ class Simulation(_stein.Simulation):
         """One stroke (of a mechanism without one: one run) at every combination of values, on all
         processors, as `stein sweep` does it.
 
-        vary: {name: values}, values numbers or a text, "-1.2:0:13 mm". A parameter whose last word
-        nothing else has may be given by that: sweep(stop_shift=numpy.linspace(-1.2e-3, 0, 13)).
+        vary: {name: values}, values numbers or a text, "-1.2:0:13 mm". A parameter with a unique
+        last word may be given by that word: sweep(stop_shift=numpy.linspace(-1.2e-3, 0, 13)).
         Drives of this simulation are none of the runs'.
         """
         axes = {**(vary or {}), **{self._full(k): v for k, v in short.items()}}
@@ -297,7 +297,7 @@ def _unpickled(cls, file, sets, how, own):
 
 
 class Table(Mapping):
-    """Columns by name; `units` has those of numbers."""
+    """Columns by name; `units` has the units of columns of numbers."""
 
     def __init__(self, units):
         self.units = units
@@ -368,8 +368,8 @@ class Stroke(NamedTuple):
 
 
 class Sweep(Table):
-    """The table of `stein sweep`: a row a point; nan where there was no such event. `status` and
-    `outcome` are lists of texts."""
+    """The table of `stein sweep`: a row a point; nan without the event. `status` and `outcome` are
+    lists of texts."""
 
     _texts = ("status", "outcome")
 
@@ -525,7 +525,7 @@ class Plan:
 
 def plan(model, diagnosis, *, odds=None, instruments=None, output=None, threads=None,
          progress=None):
-    """The next experiment, which tells a cause from its rivals; see `stein plan`.
+    """The next experiment, which separates a cause from its rivals; see `stein plan`.
 
     diagnosis: a Diagnosis with rivals, or the path of a diagnosis.json. instruments: outputs that
     can be measured as well; None: all. output: folder for the results.

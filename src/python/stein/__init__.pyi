@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-# Types of `import stein`; what everything does is told in __init__.py.
+# Types of `import stein`; __init__.py describes the functions.
 import os
 from abc import abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence

@@ -50,7 +50,7 @@ class Linear(NamedTuple):
     states: dict  # name: unit, in the order of A
     inputs: dict
     outputs: dict
-    inexact: tuple  # outputs whose row of C is by differences
+    inexact: tuple  # outputs with a row of C by differences
     modes: tuple
     edges: tuple  # (kind, name, how far apart) of contacts and stops that just touch
     exact: bool  # A is by exact derivatives

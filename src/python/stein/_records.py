@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 
 @dataclass
 class Record:
-    """One measured run: columns by name, one of them "time"; without a unit in its name, "angle
-    [deg]", a column is in that of the model, SI. set: parameters of this run, {"load.mass": "70 g"}; known: the same,
-    measured by themselves; noise: standard deviation of one sample of a column."""
+    """One measured run: columns by name, one of them "time"; a column without a unit in its name
+    ("angle [deg]") is in the model's unit, SI. set: parameters of this run, {"load.mass": "70 g"};
+    known: the same, measured by themselves; noise: standard deviation of one sample of a column."""
 
     columns: Mapping
     name: str = ""

@@ -32,7 +32,7 @@ class Error(Exception):
 
 
 class UnknownName(Error, KeyError):
-    """The mechanism has no such parameter, output, input, point or contact."""
+    """The mechanism has no parameter, output, input, point or contact of that name."""
 
 
 class InvalidValue(Error, ValueError):

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_data.c - reading measured data: what is accepted, and every refusal with its place.
+ * test_data.c - reading measured data: accepted files, and every refusal with its place.
  */
 #include <locale.h>
 
@@ -14,7 +14,7 @@ static const stein_model *const action = &stein_model_stein1788;
 /* rows of a plausible record, to follow a header of time and one channel */
 #define ROWS "0,1.5\n1,1.75\n2.5,1.125\n3,1.0625\n4,\n"
 
-/* ---- what is accepted ---- */
+/* ---- accepted files ---- */
 
 START_TEST(every_part_of_a_file_is_kept_in_si)
 {
@@ -80,7 +80,7 @@ START_TEST(every_part_of_a_file_is_kept_in_si)
 }
 END_TEST
 
-/* a wire that the model does not have: nothing is set, and what was taken off is known */
+/* a wire that the model does not have: nothing is set, and the removed part is known */
 START_TEST(a_part_that_was_taken_off_is_noted)
 {
     const char *path = write_file("a.csv", "# set key_wire.k: 0 N/m\n# set load.mass: 90 g\n"
@@ -121,7 +121,7 @@ START_TEST(a_setting_is_known_to_its_last_digit)
 }
 END_TEST
 
-/* what somebody measured by itself: the stroke has the last word of it, also when it is set, too */
+/* separately measured numbers: the stroke has the last word of it, also when it is set, too */
 START_TEST(a_number_that_is_known_has_the_last_word)
 {
     const char *path = write_file("a.csv", "# known key.front.x: 18.2 cm\n# set load.mass: 90 g\n"
@@ -134,7 +134,7 @@ START_TEST(a_number_that_is_known_has_the_last_word)
     ck_assert_int_eq(d->nset, 4);
     ck_assert_str_eq(d->set[0].name, "key.front.x");
     ck_assert(d->set[0].value == 0.182);
-    static const int last[] = {1, 0, 1, 1}; // instruments are looked at before they are set
+    static const int last[] = {1, 0, 1, 1}; // instruments are checked before they are set
     for (int i = 0; i < d->nset; i++) {
         ck_assert_int_eq(d->set[i].last_word, last[i]);
     }
@@ -313,7 +313,7 @@ START_TEST(wrong_rows_are_refused_with_their_place)
         {"time [s],string_force [N],key_dip [mm]\n0,2,1\n1,2,2\n2,2,4\n3,2,3\n",
          ":1:10: ", "\"string_force\" is 2 N in all 4 samples"},
         {HEAD "0,1\n1,2\n0.5,3\n2,4\n", ":4:1: ", "the time goes back from 1 s to 0.5 s"},
-        {HEAD "0,1\n1,2\n1,3\n2,4\n", ":4:1: ", "the time 1 s stands twice"},
+        {HEAD "0,1\n1,2\n1,3\n2,4\n", ":4:1: ", "the time 1 s appears twice"},
         {HEAD "0,1\n1,2\n 2 ,nan\n3,1\n4,5\n", ":4:5: ", "key_dip \"nan\": not a finite number"},
         {HEAD "0,1\n1,-Inf\n2,2\n3,1\n4,5\n", ":3:3: ", "a missing sample is an empty cell"},
         {HEAD "0,1\n1,N/A\n2,2\n3,1\n4,5\n", ":3:3: ", "a missing sample is an empty cell"},
@@ -346,7 +346,7 @@ END_TEST
 
 #define TIMES "# events string_force: begin\n"
 /* times of events that cannot be */
-START_TEST(wrong_times_of_events_are_told_at_their_place)
+START_TEST(wrong_times_of_events_are_reported_at_their_place)
 {
     static const bad_data bad[] = {
         {"# events strin_force: begin\nstrin_force [s]\n1\n",
@@ -440,7 +440,7 @@ START_TEST(a_load_cannot_be_set_where_there_is_none)
 }
 END_TEST
 
-START_TEST(all_problems_are_told_in_order_and_alike_ones_are_counted)
+START_TEST(all_problems_are_reported_in_order_and_equal_ones_are_counted)
 {
     lab_data_options o = lab_data_options_default(action);
     said s = {.n = 0};
@@ -478,7 +478,7 @@ START_TEST(all_problems_are_told_in_order_and_alike_ones_are_counted)
 }
 END_TEST
 
-START_TEST(what_is_no_text_is_refused)
+START_TEST(binary_files_are_refused)
 {
     lab_data_options o = lab_data_options_default(action);
     lab_data *d = NULL;
@@ -542,13 +542,36 @@ START_TEST(a_dataset_is_all_files_or_none)
 }
 END_TEST
 
+START_TEST(copies_of_a_record_are_one_message_with_their_number)
+{
+    char *a = lab__text("%s", write_file("a.csv", BODY));
+    char *b = lab__text("%s", write_file("b.csv", BODY));
+    char *c = lab__text("%s", write_file("c.csv", "# set load.mass: 90 g\n" BODY));
+    lab_data_options o = lab_data_options_default(action);
+    said s = {.n = 0};
+    lab_dataset *set = NULL;
+    const char *files[] = {a, c, b, a, c, a};
+    o.report = hear;
+    o.ctx = &s;
+    ck_assert_stein(lab_dataset_open(&set, files, 6, &o, err));
+    ck_assert_int_eq(s.n, 2);
+    ck_assert_ptr_nonnull(strstr(s.text[0], "a.csv, 3 files: the same data as "));
+    ck_assert_ptr_nonnull(strstr(s.text[0], "a.csv, counted 4 times"));
+    ck_assert_ptr_nonnull(strstr(s.text[1], "c.csv, counted twice"));
+    lab_dataset_close(set);
+    free(a);
+    free(b);
+    free(c);
+}
+END_TEST
+
 Suite *data_suite(void)
 {
     Suite *suite = suite_create("data");
     TCase *tc = tcase_create("reader");
     tcase_add_checked_fixture(tc, make_folder, remove_folder);
     tcase_set_timeout(tc, 60.0);
-    tcase_add_test(tc, wrong_times_of_events_are_told_at_their_place);
+    tcase_add_test(tc, wrong_times_of_events_are_reported_at_their_place);
     tcase_add_test(tc, every_part_of_a_file_is_kept_in_si);
     tcase_add_test(tc, a_part_that_was_taken_off_is_noted);
     tcase_add_test(tc, a_setting_is_known_to_its_last_digit);
@@ -560,9 +583,10 @@ Suite *data_suite(void)
     tcase_add_test(tc, wrong_rows_are_refused_with_their_place);
     tcase_add_test(tc, settings_that_contradict_are_refused_with_their_place);
     tcase_add_test(tc, a_load_cannot_be_set_where_there_is_none);
-    tcase_add_test(tc, all_problems_are_told_in_order_and_alike_ones_are_counted);
-    tcase_add_test(tc, what_is_no_text_is_refused);
+    tcase_add_test(tc, all_problems_are_reported_in_order_and_equal_ones_are_counted);
+    tcase_add_test(tc, binary_files_are_refused);
     tcase_add_test(tc, a_dataset_is_all_files_or_none);
+    tcase_add_test(tc, copies_of_a_record_are_one_message_with_their_number);
     suite_add_tcase(suite, tc);
     data_audit_cases(suite);
     data_forms_cases(suite);

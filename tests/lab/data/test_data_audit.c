@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_data_audit.c - the audit finds again what was put into a synthetic record, and judges the
- * measurements made by others, where they are present.
+ * test_data_audit.c - the audit recovers the properties of a synthetic record, and audits
+ * measurements of others, where they are present.
  *
- * Limits are those of the estimators at these record lengths, over several seeds: noise +-15 %,
- * steps +-2 %, jitter +-15 %, ends of rests by a few ms (the motion begins as a t^2 / 2).
+ * Limits are the errors of the estimators at these record lengths, over several seeds: noise +-15
+ * %, steps +-2 %, jitter +-15 %, ends of rests by a few ms (the motion begins as a t^2 / 2).
  */
 #include "data_support.h"
 
@@ -60,7 +60,7 @@ START_TEST(noise_is_estimated_where_nothing_rests)
 }
 END_TEST
 
-START_TEST(correlated_noise_keeps_its_size_and_is_told)
+START_TEST(correlated_noise_keeps_its_size_and_is_reported)
 {
     camera c = camera_default(3u + (unsigned)_i);
     lab_data *d;
@@ -76,7 +76,7 @@ START_TEST(correlated_noise_keeps_its_size_and_is_told)
 }
 END_TEST
 
-START_TEST(given_noise_is_used_and_a_wrong_one_is_told)
+START_TEST(given_noise_is_used_and_a_wrong_one_is_reported)
 {
     lab_data *d;
     lab_audit *a = audit_film(FREE "# noise string_distance: 21 um\n", camera_default(5), NULL, &d);
@@ -179,7 +179,7 @@ START_TEST(noise_is_found_between_the_bounces_of_a_ball)
 }
 END_TEST
 
-START_TEST(a_noise_that_the_record_contradicts_is_told_with_both_numbers)
+START_TEST(a_noise_that_the_record_contradicts_is_reported_with_both_numbers)
 {
     static const struct {
         const char *notes;
@@ -220,7 +220,7 @@ START_TEST(a_quantisation_step_is_found_again)
 }
 END_TEST
 
-START_TEST(a_record_locked_to_its_pixels_is_told)
+START_TEST(a_record_locked_to_its_pixels_is_reported)
 {
     camera c = camera_default(12);
     lab_data *d;
@@ -280,7 +280,7 @@ static int most_lost(int frame)
     return noise(&seed) < -0.1;
 }
 
-START_TEST(a_varying_rate_is_told_and_is_no_gap)
+START_TEST(a_varying_rate_is_reported_and_is_no_gap)
 {
     lab_data *d;
     lab_audit *a = audit_film(FREE, camera_default(9), most_lost, &d);
@@ -347,11 +347,11 @@ START_TEST(the_top_of_a_flight_is_no_rest)
 }
 END_TEST
 
-START_TEST(a_trigger_that_does_not_fit_is_told)
+START_TEST(a_trigger_that_does_not_fit_is_reported)
 {
     lab_data *d;
     camera c = camera_default(33);
-    lab_audit *a = audit_film("", c, NULL, &d); // 51.7 ms of rest, and nothing is said
+    lab_audit *a = audit_film("", c, NULL, &d); // 51.7 ms of rest, and no finding
     ck_assert(!a->trigger_fits);
     ck_assert_int_eq(was_found(a, "nothing moves until 5"), 1);
     close_both(a, d);
@@ -382,7 +382,7 @@ START_TEST(a_trigger_that_does_not_fit_is_told)
 }
 END_TEST
 
-START_TEST(milliseconds_called_seconds_are_told)
+START_TEST(milliseconds_called_seconds_are_reported)
 {
     camera c = camera_default(34);
     FILE *f = fopen(in_folder("ms.csv"), "w");
@@ -501,7 +501,7 @@ START_TEST(a_stroke_that_contradicts_its_settings_is_refused)
     ck_assert_int_eq(s.n, 1);
     ck_assert_ptr_nonnull(strstr(s.text[0], "film.csv:3:7: \"string_distance\" rests at 39.2"));
     ck_assert_ptr_nonnull(strstr(s.text[0], "the model with these settings at 40.4"));
-    value[0] = NAN; // what is not expected is not compared
+    value[0] = NAN; // columns without an expected value are not compared
     ck_assert_stein(lab_data_check_rest(a, value, tolerance, hear, &s, err));
     close_both(a, d);
     lab_close(model);
@@ -647,22 +647,23 @@ void data_audit_cases(Suite *suite)
     tcase_set_timeout(tc, 120.0);
     tcase_add_loop_test(tc, noise_is_estimated_from_the_record, 0, 9);
     tcase_add_loop_test(tc, noise_is_estimated_where_nothing_rests, 0, 3);
-    tcase_add_loop_test(tc, correlated_noise_keeps_its_size_and_is_told, 0, 3);
-    tcase_add_test(tc, given_noise_is_used_and_a_wrong_one_is_told);
+    tcase_add_loop_test(tc, correlated_noise_keeps_its_size_and_is_reported, 0, 3);
+    tcase_add_test(tc, given_noise_is_used_and_a_wrong_one_is_reported);
     tcase_add_loop_test(tc, noise_does_not_depend_on_the_sampling_rate, 0, 30);
     tcase_add_loop_test(tc, an_encoder_without_other_noise_has_that_of_its_step, 0, 10);
     tcase_add_loop_test(tc, noise_is_found_between_the_bounces_of_a_ball, 0, 3);
-    tcase_add_loop_test(tc, a_noise_that_the_record_contradicts_is_told_with_both_numbers, 0, 4);
+    tcase_add_loop_test(tc, a_noise_that_the_record_contradicts_is_reported_with_both_numbers, 0,
+                        4);
     tcase_add_loop_test(tc, a_quantisation_step_is_found_again, 0, 9);
-    tcase_add_test(tc, a_record_locked_to_its_pixels_is_told);
+    tcase_add_test(tc, a_record_locked_to_its_pixels_is_reported);
     tcase_add_loop_test(tc, jitter_of_the_frames_is_measured, 0, 3);
     tcase_add_test(tc, dropped_frames_are_counted);
-    tcase_add_test(tc, a_varying_rate_is_told_and_is_no_gap);
+    tcase_add_test(tc, a_varying_rate_is_reported_and_is_no_gap);
     tcase_add_loop_test(tc, rests_and_the_first_motion_are_found, 0, 8);
     tcase_add_loop_test(tc, a_short_rest_is_enough_at_the_start, 0, 6);
     tcase_add_loop_test(tc, the_top_of_a_flight_is_no_rest, 0, 3);
-    tcase_add_test(tc, a_trigger_that_does_not_fit_is_told);
-    tcase_add_test(tc, milliseconds_called_seconds_are_told);
+    tcase_add_test(tc, a_trigger_that_does_not_fit_is_reported);
+    tcase_add_test(tc, milliseconds_called_seconds_are_reported);
     tcase_add_test(tc, values_cut_off_are_counted);
     tcase_add_test(tc, spikes_and_missing_samples_are_counted);
     tcase_add_test(tc, a_stroke_that_contradicts_its_settings_is_refused);

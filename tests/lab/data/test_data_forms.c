@@ -136,7 +136,7 @@ START_TEST(blanks_separate_cells_where_the_titles_have_no_other_separator)
 }
 END_TEST
 
-START_TEST(columns_that_the_model_lacks_are_passed_over_and_told)
+START_TEST(columns_that_the_model_lacks_are_passed_over_and_reported)
 {
     lab_data *d = open_data(write_file("log.csv", "time [s],current [A],key_dip [m],state\n"
                                                   "0,1,0.1,on\n1,2,0.2,on\n2,3,0.4,off\n3,x,0,\n"),
@@ -152,7 +152,7 @@ START_TEST(columns_that_the_model_lacks_are_passed_over_and_told)
 }
 END_TEST
 
-START_TEST(titles_without_a_unit_are_si_and_told)
+START_TEST(titles_without_a_unit_are_si_and_reported)
 {
     lab_data *d = open_data(write_file("a.csv", "time,key_angle_deg,key_dip\n0,180,0\n1,90,1\n"
                                                 "2,45,3\n3,60,2\n"),
@@ -198,7 +198,8 @@ START_TEST(wrapped_angles_are_made_continuous)
 }
 END_TEST
 
-/* an inverted arm trembles about +-180 deg; what leaves one turn, or jumps by less, is no wrap */
+/* an inverted arm trembles about +-180 deg; an angle beyond one turn, or a smaller jump, is no
+ * wrap */
 START_TEST(only_wraps_are_unwrapped)
 {
     static const char *const text[] = {
@@ -215,7 +216,7 @@ START_TEST(only_wraps_are_unwrapped)
 }
 END_TEST
 
-/* what others read of ours is read by us */
+/* the plain form for other programs is read here too */
 START_TEST(a_plain_table_reads_back_bit_for_bit)
 {
     stein_sim *sim = make_sim(action, STEIN_RK4, 0.0);
@@ -313,8 +314,8 @@ START_TEST(two_hundred_files_are_read_with_progress)
 }
 END_TEST
 
-/* one message for a file, with its place and what would be right */
-START_TEST(bad_files_are_told_in_one_message_each)
+/* one message for a file, with its place and the expected titles */
+START_TEST(bad_files_give_one_message_each)
 {
     static const struct {
         const char *text, *says;
@@ -328,7 +329,7 @@ START_TEST(bad_files_are_told_in_one_message_each)
          ":3:3: key_dip \"NaN\": not a finite number; a missing sample is an empty cell (and 2 "
          "more"},
         {"time,key_dip\n0,1\n1,2\n1,3\n2,4\n2,1\n3,3\n",
-         ":4:1: the time 1 s stands twice, expected rows in increasing time (and 1"},
+         ":4:1: the time 1 s appears twice, expected rows in increasing time (and 1"},
         {"time,key_dip\n9,1\n8,2\n7,3\n6,4\n",
          ":3:1: the time goes back from 9 s to 8 s, expected rows in increasing time (and 2 more"},
         {"key_dip [m]\n1\n2\n1\n3\n",
@@ -360,13 +361,13 @@ void data_forms_cases(Suite *suite)
     tcase_add_test(tc, a_record_is_read_in_every_usual_form);
     tcase_add_test(tc, times_of_events_are_read_in_every_usual_form);
     tcase_add_test(tc, blanks_separate_cells_where_the_titles_have_no_other_separator);
-    tcase_add_test(tc, columns_that_the_model_lacks_are_passed_over_and_told);
-    tcase_add_test(tc, titles_without_a_unit_are_si_and_told);
+    tcase_add_test(tc, columns_that_the_model_lacks_are_passed_over_and_reported);
+    tcase_add_test(tc, titles_without_a_unit_are_si_and_reported);
     tcase_add_test(tc, wrapped_angles_are_made_continuous);
     tcase_add_test(tc, only_wraps_are_unwrapped);
     tcase_add_test(tc, a_plain_table_reads_back_bit_for_bit);
     tcase_add_test(tc, a_record_in_memory_is_read_as_from_a_file);
     tcase_add_test(tc, two_hundred_files_are_read_with_progress);
-    tcase_add_test(tc, bad_files_are_told_in_one_message_each);
+    tcase_add_test(tc, bad_files_give_one_message_each);
     suite_add_tcase(suite, tc);
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_settings.c - does a stroke move as its `# set` lines say? On the strokes of models/strokes,
- * in which an effect is hidden and the numbers of the file are wrong by their tolerances.
+ * test_settings.c - does the motion of a stroke agree with its `# set` lines? On the strokes of
+ * models/strokes, in which an effect is hidden and the numbers of the file are wrong by their
+ * tolerances.
  */
 #include "data_support.h"
 #include "suites.h"
@@ -51,7 +52,7 @@ static void refused(const char *with)
     ck_assert_msg(was_said(&heard, with) == 1, "%s", heard.text[0]);
 }
 
-START_TEST(strokes_that_move_as_they_say_are_accepted)
+START_TEST(strokes_that_agree_with_their_settings_are_accepted)
 {
     ck_assert_stein(lab_data_check_settings(data, model, hear, &heard, err));
     ck_assert_int_eq(heard.n, 0);
@@ -94,7 +95,7 @@ START_TEST(metres_for_millimetres_end_in_time)
 }
 END_TEST
 
-/* what a slip of the pen does not explain is left to the diagnosis */
+/* errors that no slip of the pen explains are left to the diagnosis */
 START_TEST(a_setting_that_is_a_little_off_is_accepted)
 {
     *setting(1, "load.mass") = 0.103;
@@ -125,7 +126,7 @@ Suite *settings_suite(void)
     TCase *tc = tcase_create("settings");
     tcase_add_checked_fixture(tc, open_strokes, close_strokes);
     tcase_set_timeout(tc, 900.0);
-    tcase_add_test(tc, strokes_that_move_as_they_say_are_accepted);
+    tcase_add_test(tc, strokes_that_agree_with_their_settings_are_accepted);
     tcase_add_test(tc, a_load_of_another_stroke_is_noticed);
     tcase_add_test(tc, a_load_that_only_the_peers_contradict_is_noticed);
     tcase_add_test(tc, kilograms_for_grams_are_noticed);

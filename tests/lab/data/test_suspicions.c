@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_suspicions.c - records that are read otherwise than they were meant are noticed, and others
- * are not: strokes of the action from rest, swings of a double pendulum from a start that nobody
- * states, a slide on a spring, and measurements made by others.
+ * test_suspicions.c - misread records are detected, and others are not: strokes of the action from
+ * rest, swings of a double pendulum from an unstated start, a slide on a spring, and measurements
+ * of others.
  */
 #include <glob.h>
 
@@ -183,7 +183,7 @@ START_TEST(strokes_as_they_are_are_not_suspected)
 }
 END_TEST
 
-/* key_dip has a quarter of the other channel's rate, in rows of its own */
+/* key_dip has a quarter of the other channel's rate, in separate rows */
 START_TEST(channels_of_different_rates_are_compared)
 {
     char line[200], time[40], distance[40], dip[40];
@@ -244,7 +244,7 @@ START_TEST(the_texts_alone_are_handed_out)
 }
 END_TEST
 
-/* ---- swings from a start that nobody states ---- */
+/* ---- swings from an unstated start ---- */
 
 /* swings of the double pendulum, filmed with some noise in mid-motion */
 static void film_swings(void)
@@ -305,7 +305,7 @@ START_TEST(slips_are_noticed_where_the_start_is_unknown)
 END_TEST
 
 /* two arms swing alike to both sides: one of the signs is wrong, but which? */
-START_TEST(signs_that_cannot_be_told_apart_are_both_named)
+START_TEST(signs_that_cannot_be_separated_are_both_named)
 {
     lab_doubts *d = swings_with(1, SWINGS, (slip){2, 0, -1.0});
     ck_assert_int_eq(d->n, 1);
@@ -325,7 +325,7 @@ END_TEST
 
 /* ---- a linear model ---- */
 
-START_TEST(the_travel_tells_the_unit_where_the_motion_does_not)
+START_TEST(the_travel_determines_the_unit_where_the_motion_does_not)
 {
     static const char *const text = "mechanism: slide\n"
                                     "bodies:\n"
@@ -431,9 +431,9 @@ Suite *suspicions_suite(void)
     tcase_add_test(strokes, a_wrong_number_of_the_model_is_no_slip);
     tcase_add_test(strokes, the_texts_alone_are_handed_out);
     tcase_add_test(swings, slips_are_noticed_where_the_start_is_unknown);
-    tcase_add_test(swings, signs_that_cannot_be_told_apart_are_both_named);
+    tcase_add_test(swings, signs_that_cannot_be_separated_are_both_named);
     tcase_add_test(swings, swings_as_they_are_are_not_suspected);
-    tcase_add_test(others, the_travel_tells_the_unit_where_the_motion_does_not);
+    tcase_add_test(others, the_travel_determines_the_unit_where_the_motion_does_not);
     tcase_add_test(others, honest_measurements_are_not_suspected);
     suite_add_tcase(suite, strokes);
     suite_add_tcase(suite, swings);

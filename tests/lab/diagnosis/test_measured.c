@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_measured.c - measurements made by others: what they published is found in their data.
+ * test_measured.c - measurements made by others: their published results are found in their data.
  *
  * The files are not part of this project; where they are absent the tests are skipped.
  */
@@ -137,9 +137,9 @@ START_TEST(a_machine_axis_gets_its_friction_and_its_offset)
 }
 END_TEST
 
-START_TEST(its_causes_leave_what_a_regression_leaves)
+START_TEST(its_causes_leave_the_residual_of_a_regression)
 {
-    // friction that differs by direction (a worn screw, say the authors) leaves no offset
+    // friction that differs by direction (a worn screw, according to the authors) leaves no offset
     static const char *const cause[] = {"slide.mass",    "slide.damping",   "slide.coulomb.T",
                                         "slide.preload", "slide.asymmetry", NULL};
     // of filtered signals by regression; the last two are published
@@ -173,7 +173,7 @@ END_TEST
 
 /* ---- falling balls ---- */
 
-/* fit nothing but what a stroke has of its own, at this drag */
+/* fit only the stroke's own unknowns, at this drag */
 static void follow(fitted *f, const char *file, double drag)
 {
     static const char *const held[] = {"gravity.z", NULL}; // by its tolerance
@@ -224,7 +224,8 @@ static double predicted(const char *file, double drag)
     return rms;
 }
 
-/* squared errors on the second drop of a ball, without drag and with that of the first drop */
+/* squared errors on the second drop of a ball, without drag and with the drag from the first
+ * drop */
 static void hold_out(const char *ball, double squares[2])
 {
     static const char *const drag[] = {"ball.drag", NULL};
@@ -282,7 +283,8 @@ START_TEST(a_diagnosis_of_the_axis_finds_its_friction_and_its_offset)
     static const char *const cause[] = {"coulomb_friction", "viscous_friction", "preload"},
                              *const hidden[] = {"viscous_asymmetry", "coulomb_asymmetry", NULL};
     static const double published[] = {20.3935, 203.5034, 3.1648};
-    // the offset is told from dry friction where the motion turns, so it depends on its smoothing
+    // the offset is separated from dry friction where the motion reverses, so it depends on its
+    // smoothing
     static const double within[] = {0.02, 0.02, 0.04};
     if (is_too_slow() || !converted()) {
         return;
@@ -309,7 +311,8 @@ START_TEST(a_diagnosis_of_the_axis_finds_its_friction_and_its_offset)
 }
 END_TEST
 
-/* what its authors found after years: the screw is worn, and slides harder one way than the other
+/* the result of its authors after years: the screw is worn, and slides harder one way than the
+ * other
  */
 START_TEST(its_friction_differs_by_direction_and_leaves_no_offset)
 {
@@ -402,7 +405,7 @@ Suite *measured_suite(void)
     tcase_add_checked_fixture(all, make_folder, remove_folder);
     tcase_set_timeout(all, 900);
     tcase_add_test(all, a_machine_axis_gets_its_friction_and_its_offset);
-    tcase_add_test(all, its_causes_leave_what_a_regression_leaves);
+    tcase_add_test(all, its_causes_leave_the_residual_of_a_regression);
     tcase_add_test(all, a_diagnosis_of_the_axis_finds_its_friction_and_its_offset);
     tcase_add_test(all, its_friction_differs_by_direction_and_leaves_no_offset);
     tcase_add_test(all, diagnoses_of_balls_find_air_where_it_matters_and_only_there);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_odd_records.c - swings of a pendulum of which one states a wrong angle, or that change after
- * one of them, or that mirror the angle: which record it is, what would fit there, and nothing else
- * is named.
+ * test_odd_records.c - swings of a pendulum: one states a wrong angle, or the pendulum changes
+ * after one of them, or all mirror the angle. The diagnosis names the record and its true value,
+ * and no other effect.
  */
 #include <math.h>
 #include <string.h>
@@ -27,7 +27,7 @@ static lab_diagnosis *diagnosed(fitted *f, const char *const *data)
     return d;
 }
 
-/* a swing says that it began at so many degrees */
+/* a swing states its start in degrees */
 static void say(const char *path, const char *said)
 {
     static const char setting[] = "# set rod.initial.position:";
@@ -64,7 +64,7 @@ static int json_says(const lab_diagnosis *d, const char *what)
 }
 
 /* swing 5 is fitted, swing 6 only reports */
-START_TEST(one_record_with_a_wrong_setting_is_named_with_what_would_fit)
+START_TEST(one_record_with_a_wrong_setting_is_named_with_the_fitting_value)
 {
     for (int odd = 4; odd <= 5; odd++) {
         const char *data[SWINGS + 1] = {NULL};
@@ -105,7 +105,7 @@ START_TEST(one_record_with_a_wrong_setting_is_named_with_what_would_fit)
 END_TEST
 
 /* of the swings that are fitted - 1, 2, 4, 5, 7, 8 - the third one is the first with it; swing 3,
- * which only reports, tells that it had not begun there */
+ * which only reports, shows that it had not begun there */
 START_TEST(a_change_half_way_is_named_with_the_record_behind_which_it_begins)
 {
     static const char *const before[] = {"rod.coulomb.T=0 N m", NULL}, *const after[] = {
@@ -157,7 +157,7 @@ START_TEST(a_change_half_way_is_named_with_the_record_behind_which_it_begins)
 }
 END_TEST
 
-/* Swings whose angles are said in whole degrees: 12 deg is between 11.5 and 12.5.
+/* Swings with angles stated in whole degrees: 12 deg is between 11.5 and 12.5.
  * @param more  another number of the true pendulum, NULL: none
  * @return the RMS of what the fitted ones are off by [rad] */
 static double film_rounded(const char *data[SWINGS + 1], const char *more)
@@ -206,7 +206,7 @@ START_TEST(settings_that_are_off_within_their_last_digit_are_no_physics)
 }
 END_TEST
 
-/* and no physics imitates them beside what is missing */
+/* and no effect imitates them beside the missing one */
 START_TEST(beside_settings_that_are_off_a_cause_is_named_alone)
 {
     const char *data[SWINGS + 1] = {NULL};
@@ -225,7 +225,7 @@ START_TEST(beside_settings_that_are_off_a_cause_is_named_alone)
 }
 END_TEST
 
-START_TEST(what_acts_in_all_records_is_no_change)
+START_TEST(an_effect_in_all_records_is_no_change)
 {
     static const char *const truth[] = {"rod.coulomb.T=2 mN m", NULL};
     fitted f;
@@ -242,7 +242,8 @@ START_TEST(what_acts_in_all_records_is_no_change)
 }
 END_TEST
 
-/* no verdict on the mechanism, but what would fit is named and written; with it nothing is left */
+/* no verdict on the mechanism, but the fitting sign is named and written; with it nothing is
+ * left */
 START_TEST(a_channel_that_all_records_mirror_has_the_gain_that_fits_in_the_extended_file)
 {
     static const char *const truth[] = {"angle.sensor.gain=-1", NULL};
@@ -295,11 +296,11 @@ Suite *odd_records_suite(void)
     TCase *tc = tcase_create("odd_records");
     tcase_set_timeout(tc, 120);
     tcase_add_checked_fixture(tc, make_folder, remove_folder);
-    tcase_add_test(tc, one_record_with_a_wrong_setting_is_named_with_what_would_fit);
+    tcase_add_test(tc, one_record_with_a_wrong_setting_is_named_with_the_fitting_value);
     tcase_add_test(tc, a_change_half_way_is_named_with_the_record_behind_which_it_begins);
     tcase_add_test(tc, settings_that_are_off_within_their_last_digit_are_no_physics);
     tcase_add_test(tc, beside_settings_that_are_off_a_cause_is_named_alone);
-    tcase_add_test(tc, what_acts_in_all_records_is_no_change);
+    tcase_add_test(tc, an_effect_in_all_records_is_no_change);
     tcase_add_test(tc,
                    a_channel_that_all_records_mirror_has_the_gain_that_fits_in_the_extended_file);
     tcase_add_test(tc, one_mirrored_record_is_no_gain_of_the_instrument);

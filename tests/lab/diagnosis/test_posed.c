@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_posed.c - records as people have them: an encoder's motion under measured torques, a film
- * whose clock is wrong of a mechanism whose masses are guesses, a noise that is stated too large.
+ * test_posed.c - records as people have them: an encoder's motion under measured torques; a film
+ * with a wrong clock, of a mechanism with guessed masses; a stated noise that is too large.
  *
  * The joint of the encoder has its torque in closed form; the films are made by fit_support.h.
  */
@@ -50,7 +50,7 @@ static void ck_assert_number(const lab_suspect *s, double truth, double relative
 }
 
 /* the diagnosis of what is open
- * @param smooth  of measured motions [Hz], 0: as it is best
+ * @param smooth  of measured motions [Hz], 0: best values
  * @param held    [records] which ones report, NULL: as the program chooses */
 static lab_diagnosis *diagnosed(const fitted *f, const char *model, double smooth,
                                 const unsigned char *held)
@@ -257,7 +257,7 @@ END_TEST
 
 /* ---- guessed masses ---- */
 
-/* the arms of a small double pendulum; what the file says of them is far off */
+/* the arms of a small double pendulum; the file's values are far off */
 static const char guessed[] = "mechanism: filmed\n"
                               "bodies:\n"
                               "  upper:\n"

@@ -129,7 +129,7 @@ static void ck_assert_viscous(const lab_diagnosis *d, double truth)
 
 /* ---- chaotic motion ---- */
 
-START_TEST(a_chaotic_record_tells_its_friction_in_windows)
+START_TEST(a_chaotic_record_gives_its_friction_in_windows)
 {
     fitted f;
     lab_diagnosis *d = diagnosed(filmed("long.csv", 2.2, 1.7, 1.5e-5, 8.0, 5), &f);
@@ -155,7 +155,7 @@ END_TEST
 
 /* ---- regular motion ---- */
 
-START_TEST(blocks_of_one_regular_record_report_what_its_rest_explains)
+START_TEST(blocks_of_one_regular_record_report_on_its_other_blocks)
 {
     fitted f;
     lab_diagnosis *d = diagnosed(filmed("one.csv", 0.3, 0.25, 1.5e-5, 8.0, 7), &f);
@@ -249,9 +249,9 @@ Suite *windows_suite(void)
     TCase *t = tcase_create("one long record");
     tcase_set_timeout(t, 600);
     tcase_add_checked_fixture(t, make_folder, remove_folder);
-    tcase_add_test(t, a_chaotic_record_tells_its_friction_in_windows);
+    tcase_add_test(t, a_chaotic_record_gives_its_friction_in_windows);
     tcase_add_test(t, a_chaotic_record_without_friction_is_explained);
-    tcase_add_test(t, blocks_of_one_regular_record_report_what_its_rest_explains);
+    tcase_add_test(t, blocks_of_one_regular_record_report_on_its_other_blocks);
     tcase_add_test(t, a_window_has_its_rows_and_no_initial_state_of_its_record);
     tcase_add_test(t, every_sample_is_either_fitted_or_held_out);
     suite_add_tcase(s, t);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_armature.c - the rotor behind a gear that a file has forgotten: where it can be, what says
- * the same, and that a diagnosis finds it. The records come from equations written here.
+ * test_armature.c - the rotor behind a gear that a file has forgotten: its places, its aliases, and
+ * its diagnosis. The records come from equations written here.
  */
 #include <math.h>
 
@@ -147,7 +147,7 @@ static const lab_suspect *named(const lab_diagnosis *d, const char *place, doubl
     return s;
 }
 
-START_TEST(the_rotor_of_a_geared_arm_is_found_and_its_inertia_is_told_to_be_the_same)
+START_TEST(the_rotor_of_a_geared_arm_is_found_with_the_inertia_as_its_alias)
 {
     lab_model *model = NULL;
     lab_dataset *data = NULL;
@@ -162,7 +162,7 @@ START_TEST(the_rotor_of_a_geared_arm_is_found_and_its_inertia_is_told_to_be_the_
 END_TEST
 
 /* an inertia of the second link would turn with the first one */
-START_TEST(the_rotor_of_the_second_joint_is_told_from_the_inertia_of_its_link)
+START_TEST(the_rotor_of_the_second_joint_is_separated_from_the_inertia_of_its_link)
 {
     lab_model *model = NULL;
     lab_dataset *data = NULL;
@@ -226,8 +226,8 @@ Suite *armature_suite(void)
     tcase_add_checked_fixture(t, make_folder, remove_folder);
     tcase_add_test(t, a_mechanism_gets_a_rotor_where_an_input_drives_a_joint);
     tcase_add_test(t, there_is_no_rotor_without_a_drive_and_none_beside_the_files_own);
-    tcase_add_test(t, the_rotor_of_a_geared_arm_is_found_and_its_inertia_is_told_to_be_the_same);
-    tcase_add_test(t, the_rotor_of_the_second_joint_is_told_from_the_inertia_of_its_link);
+    tcase_add_test(t, the_rotor_of_a_geared_arm_is_found_with_the_inertia_as_its_alias);
+    tcase_add_test(t, the_rotor_of_the_second_joint_is_separated_from_the_inertia_of_its_link);
     tcase_set_timeout(t, 120);
     suite_add_tcase(s, t);
     return s;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_effects.c - the table of effects: names, places, and that every candidate of a mechanism is
- * a parameter that moves what is predicted, and at its neutral value nothing at all.
+ * test_effects.c - the table of effects: names, places; every candidate of a mechanism is a
+ * parameter that changes the prediction, and has no effect at its neutral value.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -117,7 +117,7 @@ START_TEST(every_kind_has_a_largest_size_and_an_unknown_one_has_none)
 }
 END_TEST
 
-START_TEST(kinds_that_are_hard_to_tell_apart_exist)
+START_TEST(kinds_that_are_hard_to_separate_exist)
 {
     int n;
     const lab_effect *e = lab_effects(&n);
@@ -217,7 +217,7 @@ static int drive_of(const lab_candidate *c)
                                                                                        : 0;
 }
 
-START_TEST(every_candidate_moves_what_is_predicted)
+START_TEST(every_candidate_changes_the_prediction)
 {
     lab_model *model = open_file("models/stein1788.yaml");
     const stein_model *m = lab_equations(model);
@@ -341,7 +341,7 @@ static const lab_candidate *find(const lab_candidate *list, int n, const char *k
     return NULL;
 }
 
-/* its length is as uncertain as that of a rod that is drawn along x */
+/* its length is as uncertain as the length of a rod that is drawn along x */
 START_TEST(the_centre_of_a_rod_that_hangs_is_along_it)
 {
     static const char *const centre[][2] = {{"[0, 0, -310 mm]", "rod.centre.z"},
@@ -409,7 +409,7 @@ START_TEST(second_numbers_have_ranges)
 }
 END_TEST
 
-START_TEST(what_is_the_same_change_is_one_candidate)
+START_TEST(equal_changes_are_one_candidate)
 {
     static const struct {
         const char *kind, *place, *alias;
@@ -424,7 +424,7 @@ START_TEST(what_is_the_same_change_is_one_candidate)
                 {"contact_stiffness", "notch", "notch.normal.c"},
                 {"contact_stiffness", "dip", ""},
                 {"contact_gap", "notch", ""}};
-    /* other than these: a point that turns while it touches, that lies beside, whose gap is seen; a
+    /* other than these: a point that turns while it touches; a point beside; a measured gap; a
      * length of a line does nothing */
     static const char *const gone[] = {"dip.line.z",       "dip.line.x", "string.height",
                                        "notch.friction.A", "key.mass",   "key.rear.z"};
@@ -582,12 +582,12 @@ Suite *effects_suite(void)
     tcase_set_timeout(tc, 120);
     tcase_add_test(tc, kinds_are_unique_and_as_documented);
     tcase_add_test(tc, every_kind_has_a_largest_size_and_an_unknown_one_has_none);
-    tcase_add_test(tc, kinds_that_are_hard_to_tell_apart_exist);
-    tcase_add_loop_test(tc, every_candidate_moves_what_is_predicted, 0, 4);
+    tcase_add_test(tc, kinds_that_are_hard_to_separate_exist);
+    tcase_add_loop_test(tc, every_candidate_changes_the_prediction, 0, 4);
     tcase_add_test(tc, neutral_values_leave_a_stroke_bit_for_bit);
     tcase_add_test(tc, candidates_follow_the_structure);
     tcase_add_test(tc, second_numbers_have_ranges);
-    tcase_add_test(tc, what_is_the_same_change_is_one_candidate);
+    tcase_add_test(tc, equal_changes_are_one_candidate);
     tcase_add_test(tc, an_alias_moves_alike);
     tcase_add_test(tc, a_point_that_hardly_turns_moves_nearly_alike);
     tcase_add_test(tc, a_felt_that_is_hardly_pressed_is_straight);

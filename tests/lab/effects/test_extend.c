@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_extend.c - the extended file: whatever the cause, it is a mechanism file that says what the
- * diagnosis said, in its place, with everything else as it was.
+ * test_extend.c - the extended file: for every cause it is a mechanism file with the numbers of the
+ * diagnosis in their places, and everything else unchanged.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -94,7 +94,7 @@ static lab_candidate find(const lab_candidate *list, int n, const char *kind, co
     return list[0];
 }
 
-/* what the file must say: fitted values, then the candidate with its numbers */
+/* expected text of the file: fitted values, then the candidate with its numbers */
 static double *meant(const lab_candidate *bound, const lab_suspect *s, const lab_model *model)
 {
     const stein_model *m = lab_equations(model);
@@ -206,7 +206,7 @@ static const struct {
 
 static trace before, now;
 
-START_TEST(the_file_moves_as_the_diagnosis_said)
+START_TEST(the_file_moves_as_in_the_diagnosis)
 {
     lab_model *model = open_file(file);
     int n = 0;
@@ -283,7 +283,7 @@ END_TEST
 
 /* ---- the text ---- */
 
-START_TEST(the_head_says_what_was_added_and_from_which_data)
+START_TEST(the_head_states_additions_and_data)
 {
     static const char *const said[] = {
         "# Extended by stein diagnose (missing_effect), from stein1788.yaml (fnv1a64 ",
@@ -292,7 +292,7 @@ START_TEST(the_head_says_what_was_added_and_from_which_data)
         "#     F0 = 0.2072 N, 95 %: 0.18648 N .. 0.22792 N\n",
         "#     x0 = ",
         "#     k_to_F0 = ",
-        "# From 12 records, and 6 held out, on which the error is 0.31 of what it was, 95 %: 0.28 ",
+        "# From 12 records, and 6 held out, where the error is 0.31 of the former one, 95 %: 0.28 ",
         " .. 0.36\n",
         "#   data f6_01.csv\n#   data f6_02.csv\n#   data f6_07.csv (held out)\n",
         "#   audit f6_01.csv: 2 frames are missing\n",
@@ -357,7 +357,7 @@ START_TEST(every_command_takes_the_extended_file)
 }
 END_TEST
 
-START_TEST(what_cannot_be_written_is_refused)
+START_TEST(values_that_cannot_be_written_are_refused)
 {
     lab_model *model = open_file(file);
     int n = 0;
@@ -404,7 +404,7 @@ static lab__yaml_edit *open_up(const char *text)
     return s;
 }
 
-/* the edit is done: `from` has become `to` in the text and the rest is as it was */
+/* the edit is done: `from` has become `to` in the text and the rest is unchanged */
 static void closed_up(lab__yaml_edit *s, const char *text, const char *from, const char *to)
 {
     char *out = NULL;
@@ -455,7 +455,7 @@ START_TEST(an_entry_goes_where_the_others_of_its_mapping_are)
         ck_assert_stein(lab__yaml_edit_add_key(s, add[i].path, add[i].entry, err));
         closed_up(s, cart, add[i].from, add[i].to);
     }
-    // sections that are new stand behind the others, each once, above what is said at the end
+    // new sections follow the others, each once, above the comments at the end
     lab__yaml_edit *s = open_up(cart);
     ck_assert_stein(lab__yaml_edit_add(s, "tables", "a: 1", err));
     ck_assert_stein(lab__yaml_edit_add(s, "links", "b: 2", err));
@@ -470,7 +470,7 @@ START_TEST(an_entry_goes_where_the_others_of_its_mapping_are)
 }
 END_TEST
 
-START_TEST(what_is_no_mapping_takes_no_entry)
+START_TEST(only_a_mapping_takes_an_entry)
 {
     static const char *const place[] = {"bodies/rod", "mechanism", "list", "nothing"};
     lab__yaml_edit *s = open_up(cart);
@@ -515,7 +515,7 @@ START_TEST(a_word_is_swapped_wherever_it_is_a_value)
 }
 END_TEST
 
-START_TEST(what_is_no_yaml_is_not_opened)
+START_TEST(only_yaml_is_opened)
 {
     static const char *const bad[] = {"", "a: [", "{a: b", "a: b: c\n"};
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
@@ -535,20 +535,20 @@ Suite *extend_suite(void)
     tcase_set_timeout(tc, 120);
     tcase_add_checked_fixture(tc, cache_in_build, NULL);
     tcase_add_loop_test(tc, every_cause_has_its_place_in_the_file, 0, 4);
-    tcase_add_test(tc, the_file_moves_as_the_diagnosis_said);
+    tcase_add_test(tc, the_file_moves_as_in_the_diagnosis);
     tcase_add_test(tc, several_causes_go_into_one_file);
-    tcase_add_test(tc, the_head_says_what_was_added_and_from_which_data);
+    tcase_add_test(tc, the_head_states_additions_and_data);
     tcase_add_test(tc, every_command_takes_the_extended_file);
-    tcase_add_test(tc, what_cannot_be_written_is_refused);
+    tcase_add_test(tc, values_that_cannot_be_written_are_refused);
     suite_add_tcase(suite, tc);
 
     TCase *text = tcase_create("text");
     tcase_add_test(text, a_path_leads_to_a_text_or_to_nothing);
     tcase_add_test(text, an_entry_goes_where_the_others_of_its_mapping_are);
-    tcase_add_test(text, what_is_no_mapping_takes_no_entry);
+    tcase_add_test(text, only_a_mapping_takes_an_entry);
     tcase_add_test(text, a_file_in_one_line_gets_its_section_in_that_line);
     tcase_add_test(text, a_word_is_swapped_wherever_it_is_a_value);
-    tcase_add_test(text, what_is_no_yaml_is_not_opened);
+    tcase_add_test(text, only_yaml_is_opened);
     suite_add_tcase(suite, text);
     return suite;
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * test_structure.c - effects that need a part: the extended mechanism is the file's with the part
- * in it, moves as the independent program says, and as the file's where the part does nothing.
+ * in it. It moves as in the independent program, and as the file's mechanism where the part has no
+ * effect.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -75,7 +76,7 @@ START_TEST(a_link_bends_like_a_uniform_bar)
     ck_assert(lab__is_beyond(&key, (lab__vec){-73.6e-3, 16.03e-3}));
     ck_assert_close(key.mass, 0.45, 0.1, 0.0);
     ck_assert_close(hammer.mass, 0.6, 0.1, 0.0);
-    // where its mass really lies is found with it: that of tests/reality is in the range
+    // where its mass really lies is found with it: the value of tests/reality is in the range
     lab_candidate c = candidate(model, "elastic_hinge", "hammer");
     ck_assert_str_eq(c.side[2].name, "mass_ratio");
     ck_assert_close(c.side[2].value, hammer.mass / (1.0 - hammer.mass), 1e-2, 0.0);
@@ -392,7 +393,7 @@ START_TEST(a_compliance_towards_zero_is_the_mechanism_without_it)
 }
 END_TEST
 
-/* the inner piece is what is left of the whole, whatever the whole becomes */
+/* the inner piece is the rest of the whole, for every change of the whole */
 START_TEST(a_cut_link_is_weighed_as_a_whole)
 {
     lab_model *model = open_file(file), *extended = NULL;
@@ -418,7 +419,7 @@ END_TEST
 
 /* ---- the independent program ---- */
 
-/* numbers of the parts as tests/reality has them; NULL: what it says, in its order */
+/* numbers of the parts as tests/reality has them; NULL: its sentences, in their order */
 static const struct {
     const char *kind, *place, *name[3];
     struct {
@@ -519,7 +520,7 @@ static void follow(stein_sim *sim, double worst[2])
 }
 
 /* loop: a kind each */
-START_TEST(parts_move_as_the_independent_program_says)
+START_TEST(parts_move_as_in_the_independent_program)
 {
     lab_model *model = open_file(file), *extended = NULL;
     lab_candidate c = candidate(model, twins[_i].kind, twins[_i].place);
@@ -570,7 +571,7 @@ Suite *structure_suite(void)
     tcase_add_test(tc, a_force_or_stiffness_of_zero_is_the_mechanism_without_it);
     tcase_add_loop_test(tc, a_compliance_towards_zero_is_the_mechanism_without_it, 0, PARTS);
     tcase_add_test(tc, a_cut_link_is_weighed_as_a_whole);
-    tcase_add_loop_test(tc, parts_move_as_the_independent_program_says, 0,
+    tcase_add_loop_test(tc, parts_move_as_in_the_independent_program, 0,
                         (int)(sizeof twins / sizeof *twins));
     suite_add_tcase(suite, tc);
     return suite;

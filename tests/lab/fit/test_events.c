@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_events.c - times of events as data: a ball whose height nobody recorded.
+ * test_events.c - times of events as data: a ball without a recorded height.
  *
  * The times come from flights in closed form, with linear drag b where there is some,
  *
@@ -307,7 +307,7 @@ END_TEST
 
 /* ---- events that the simulation lacks ---- */
 
-/* a floor that loses a share of the energy in every bounce, at most nearly all of it */
+/* a floor that dissipates a share of the energy in every bounce, at most nearly all of it */
 START_TEST(events_that_are_missing_come_and_go_without_a_jump)
 {
     enum { STEPS = 400 };

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_fit.c - the fit finds what is in the data, says how well, and says when it does not.
+ * test_fit.c - the fit finds the numbers in the data, with their uncertainty, and reports when it
+ * does not.
  */
 #include <signal.h>
 #include <sys/wait.h>
@@ -111,7 +112,7 @@ START_TEST(the_ladder_leads_out_of_a_false_minimum)
 }
 END_TEST
 
-/* everything that a fit says about its free parameters, bit for bit */
+/* all results of a fit about its free parameters, bit for bit */
 static int is_same(const lab_fit *a, const lab_fit *b)
 {
     int same = a->nvalue == b->nvalue && a->status == b->status && a->chi2 == b->chi2;
@@ -175,9 +176,9 @@ START_TEST(a_model_that_lacks_something_is_a_misfit)
 }
 END_TEST
 
-START_TEST(what_the_data_cannot_tell_apart_is_named)
+START_TEST(parameters_that_the_data_cannot_separate_are_named)
 {
-    // the angle knows only damping over mass: the inertia comes from the frequency
+    // the angle depends only on damping over mass: the inertia comes from the frequency
     static const char *const names[] = {"rod.mass", "rod.damping", "rod.tip.x", NULL};
     static const char *const set[] = {"rod.mass=213 g +- 20 g", "rod.tip.x=1 mm", NULL};
     static const char *const profile[] = {"rod.damping"};
@@ -194,7 +195,7 @@ START_TEST(what_the_data_cannot_tell_apart_is_named)
     ck_assert_int_eq(f.fit->pair[0].b, 1);
     ck_assert(f.fit->pair[0].correlation > 0.999);
     ck_assert_close(fabs(f.fit->weakest[0]), 0.95, 0.1,
-                    0.0); // mostly the one with the narrower prior
+                    0.0); // mostly the number with the narrower prior
     ck_assert(f.fit->value[2].unseen && !f.fit->value[0].unseen && !f.fit->value[1].unseen);
     ck_assert(isinf(f.fit->value[2].data_sd));
     // the prior of the mass bounds both: 20 g of 213 g are 9.4 %
@@ -225,7 +226,7 @@ START_TEST(a_profile_without_end_is_open)
 }
 END_TEST
 
-START_TEST(single_bad_frames_lose_their_weight)
+START_TEST(single_bad_frames_get_little_weight)
 {
     const char *data[3];
     fitted f;
@@ -262,7 +263,7 @@ START_TEST(single_bad_frames_lose_their_weight)
 }
 END_TEST
 
-START_TEST(an_initial_state_that_nobody_states_is_found)
+START_TEST(an_unstated_initial_state_is_found)
 {
     static const char *const start[] = {"rod.pendulum.frequency=1.1 Hz",
                                         "rod.initial.position=0.44 rad",
@@ -281,14 +282,14 @@ START_TEST(an_initial_state_that_nobody_states_is_found)
     ck_assert_str_eq(s->value[0].name, "initial position rod");
     ck_assert_close(s->value[0].value, 0.44 - acos(-1.0) / 6.0, 0.0, 4.0 * s->value[0].sd);
     ck_assert_close(s->value[1].value, -0.7, 0.0, 4.0 * s->value[1].sd);
-    // nobody stated the noise either: the residual did
+    // the noise is not stated either: the residual did
     ck_assert(!f.fit->noise_given);
     ck_assert_close(f.fit->residual[0].noise, 2e-3, 0.15, 0.0);
     drop(&f);
 }
 END_TEST
 
-/* ---- instruments whose time is wrong ---- */
+/* ---- instruments with a wrong time ---- */
 
 /* a swing at a height that is known, seen twice */
 static film watched(unsigned long long seed)
@@ -302,7 +303,7 @@ static film watched(unsigned long long seed)
 
 START_TEST(a_time_base_that_is_wrong_by_1_percent_is_found)
 {
-    // the damping tells the time, the frequency alone would not
+    // the damping determines the time, the frequency alone would not
     static const char *const names[] = {"clock.error", "rod.damping", NULL};
     static const char *const set[] = {"rod.pendulum.frequency=1.1 Hz", NULL};
     for (int sign = -1; sign <= 1; sign += 2) {
@@ -536,7 +537,7 @@ START_TEST(a_journal_that_is_cut_damaged_or_old_is_refused)
 }
 END_TEST
 
-START_TEST(what_cannot_be_fitted_is_refused_in_words)
+START_TEST(impossible_fits_are_refused_with_a_reason)
 {
     static const char *const none[] = {"rod.mas", NULL}, *const told[] = {"rod.initial.position",
                                                                           NULL};
@@ -593,14 +594,14 @@ Suite *fit_suite(void)
     tcase_add_test(small, searches_that_agree_need_no_ladder);
     tcase_add_test(small, searches_that_disagree_are_not_called_converged);
     tcase_add_test(small, a_model_that_lacks_something_is_a_misfit);
-    tcase_add_test(small, what_the_data_cannot_tell_apart_is_named);
+    tcase_add_test(small, parameters_that_the_data_cannot_separate_are_named);
     tcase_add_test(small, a_profile_without_end_is_open);
-    tcase_add_test(small, single_bad_frames_lose_their_weight);
-    tcase_add_test(small, an_initial_state_that_nobody_states_is_found);
+    tcase_add_test(small, single_bad_frames_get_little_weight);
+    tcase_add_test(small, an_unstated_initial_state_is_found);
     tcase_add_test(small, a_time_base_that_is_wrong_by_1_percent_is_found);
     tcase_add_test(small, an_instrument_that_lags_by_1_ms_is_found_even_on_a_wrong_time_base);
     tcase_add_test(small, a_journal_that_is_cut_damaged_or_old_is_refused);
-    tcase_add_test(small, what_cannot_be_fitted_is_refused_in_words);
+    tcase_add_test(small, impossible_fits_are_refused_with_a_reason);
     tcase_add_test(small, more_unknowns_than_samples_are_refused);
     tcase_add_test(same, threads_do_not_change_a_bit);
     tcase_add_test(same, a_fit_that_is_killed_goes_on_to_the_same_bits);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_fit_claims.c - derivatives, the method, what comes out.
+ * test_fit_claims.c - derivatives, the method, results.
  */
 #include <gsl/gsl_multifit_nlinear.h>
 
@@ -313,7 +313,7 @@ START_TEST(motions_that_scatter_are_no_misfit)
 }
 END_TEST
 
-/* ---- what comes out ---- */
+/* ---- results ---- */
 
 START_TEST(a_fit_goes_into_the_parameters_and_nothing_else_does)
 {

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_initial.c - initial states come from the records, and what keeps a record from beginning as
- * the model moves is named.
+ * test_initial.c - initial states come from the records, and faults that prevent it are named.
  *
- * The records begin in mid-motion; the mechanism's file only knows where its own run begins.
+ * The records begin in mid-motion; the mechanism's file only states the start of its own run.
  */
 #include <math.h>
 
@@ -224,7 +223,7 @@ START_TEST(an_angle_that_jumps_by_whole_turns_is_followed_across)
 }
 END_TEST
 
-/* both as a tracker sees them, against the frame and within +-180 deg; the lower joint counts the
+/* both as measured by a tracker, against the frame and within +-180 deg; the lower joint counts the
  * other way */
 static const char bodies[] =
     "mechanism: bodies\n"
@@ -279,7 +278,7 @@ START_TEST(the_state_of_an_arm_comes_from_the_angles_of_its_bodies)
 }
 END_TEST
 
-START_TEST(what_a_stroke_states_is_not_estimated)
+START_TEST(stated_settings_of_a_stroke_are_not_estimated)
 {
     film m = {.model = rod,
               .told = swing_truth,
@@ -294,7 +293,7 @@ START_TEST(what_a_stroke_states_is_not_estimated)
     pose(&o, rod, data);
     ck_assert_ptr_null(unknown_of(&o, FIT__POSITION, 0));
     ck_assert_ptr_null(unknown_of(&o, FIT__SPEED, 0));
-    ck_assert(o.p.stroke[0].origin == 0.0); // the state is that of the trigger
+    ck_assert(o.p.stroke[0].origin == 0.0); // the state is the state at the trigger
     ck_assert_double_lt(fit__misfit(&o.p, &o.bench, 0, o.x, 1.8), 1.4);
     unpose(&o);
 }
@@ -377,7 +376,7 @@ END_TEST
 
 /* ---- set-ups that are wrong ---- */
 
-/* the arm as a file of its own, that tests change a word of */
+/* the arm as a separate file, in which tests change a word */
 static const char arm[] =
     "mechanism: arm\n"
     "gravity: [0, 0, -9.81 m/s^2]\n"
@@ -395,7 +394,7 @@ typedef struct slip {
     const char *was, *is;    /* in the mechanism's file */
     double a[2][2], zero[2]; /* recorded angles = a (true ones) + zero */
     const char *said;        /* NULL: nothing */
-    double slow;             /* recorded times are so much longer; 0: as they are */
+    double slow;             /* recorded times are so much longer; 0: unchanged */
 } slip;
 
 #define AS_IS        \
@@ -512,7 +511,7 @@ static const char *record_of(const slip *w, int which)
     return kept[which];
 }
 
-START_TEST(what_is_wrong_with_a_set_up_is_named)
+START_TEST(the_error_of_a_set_up_is_named)
 {
     const slip *w = &slips[_i];
     const char *at = strstr(arm, w->was);
@@ -554,13 +553,13 @@ Suite *initial_suite(void)
     tcase_add_test(state, a_speed_may_be_measured_itself);
     tcase_add_test(state, an_angle_that_jumps_by_whole_turns_is_followed_across);
     tcase_add_test(state, the_state_of_an_arm_comes_from_the_angles_of_its_bodies);
-    tcase_add_test(state, what_a_stroke_states_is_not_estimated);
+    tcase_add_test(state, stated_settings_of_a_stroke_are_not_estimated);
     tcase_add_test(state, a_mechanism_that_is_held_until_the_trigger_starts_there);
     tcase_add_test(state, a_mechanism_that_settles_is_left_as_it_is);
     tcase_add_test(state, a_part_with_a_joint_of_its_own_begins_at_the_same_record);
     tcase_set_timeout(state, 60);
     tcase_add_checked_fixture(setup, make_folder, remove_folder);
-    tcase_add_loop_test(setup, what_is_wrong_with_a_set_up_is_named, 0,
+    tcase_add_loop_test(setup, the_error_of_a_set_up_is_named, 0,
                         (int)(sizeof slips / sizeof *slips));
     tcase_set_timeout(setup, 60);
     suite_add_tcase(s, state);

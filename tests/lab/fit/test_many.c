@@ -119,7 +119,7 @@ END_TEST
 
 /* ---- strokes of a fit ---- */
 
-/* what a fit asks for, by one number of lanes and threads */
+/* simulations of a fit, by one number of lanes and threads */
 typedef struct asked {
     double *r, *J;
     int failed;
@@ -215,7 +215,7 @@ START_TEST(strokes_of_a_fit_are_the_same_alone_and_side_by_side)
 }
 END_TEST
 
-/* a pendulum that is pushed, as it is written */
+/* a pushed pendulum, unchanged */
 static const char *pushed(const char *name, double phase)
 {
     const char *path = in_folder(name);
@@ -230,7 +230,7 @@ static const char *pushed(const char *name, double phase)
     return path;
 }
 
-START_TEST(strokes_with_a_recorded_input_are_what_they_were)
+START_TEST(strokes_with_a_recorded_input_are_recovered)
 {
     static const char *const names[] = {"rod.mass", "rod.damping", NULL};
     const char *data[] = {pushed("a.csv", 0.3), pushed("b.csv", 1.9), NULL};
@@ -328,7 +328,7 @@ typedef struct apart {
     double x[FITS][UNKNOWNS], objective[FITS];
 } apart;
 
-/* fit i is one of a single stroke, from a start of its own */
+/* fit i is a fit of a single stroke, from its own start */
 static stein_status fit_apart(void *ctx, int i, fit__pool *pool, stein_err *failed)
 {
     apart *a = ctx;
@@ -414,7 +414,7 @@ Suite *many_suite(void)
     tcase_set_timeout(turns, 60);
     tcase_add_checked_fixture(fit, make_folder, remove_folder);
     tcase_add_loop_test(fit, strokes_of_a_fit_are_the_same_alone_and_side_by_side, 0, 2);
-    tcase_add_test(fit, strokes_with_a_recorded_input_are_what_they_were);
+    tcase_add_test(fit, strokes_with_a_recorded_input_are_recovered);
     tcase_add_test(fit, so_are_those_with_a_recorded_motion);
     tcase_add_loop_test(fit, a_stroke_of_many_stiff_runs_cannot_be_simulated, 0, 2);
     tcase_add_test(fit, fits_that_share_seats_have_the_bits_of_fits_alone);

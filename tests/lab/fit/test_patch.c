@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * test_patch.c - numbers that are written into a mechanism file: only they change, in the unit and
- * the form that stands there; what has no place yet gets one; what cannot be written is told.
+ * the form that stands there; a number without a place gets one; errors of writing are reported.
  */
 #include "fitting.h"
 #include "lab_support.h"
@@ -36,7 +36,7 @@ static char *whole_arm(void)
     return lab__text("%.*s%s%s", (int)(at - arm), arm, tip, at);
 }
 
-/* a text with numbers in it: `from` has become `to`, and nothing else is different */
+/* a text with numbers in it: `from` has become `to`; the rest is the same */
 static void patched(const char *text, const fit__number *number, int n, const char *from,
                     const char *to)
 {
@@ -167,7 +167,7 @@ START_TEST(a_number_without_a_place_is_refused)
 }
 END_TEST
 
-START_TEST(what_would_not_be_read_again_is_not_written)
+START_TEST(a_text_that_cannot_be_read_again_is_not_written)
 {
     static const struct {
         fit__number number;
@@ -196,7 +196,7 @@ END_TEST
 
 /* ---- the file of a fit ---- */
 
-START_TEST(a_fitted_file_says_what_was_fitted_and_has_the_overrides)
+START_TEST(a_fitted_file_states_the_fit_and_has_the_overrides)
 {
     char *whole = whole_arm(), *text = NULL, *file = lab__text("%s", in_folder("arm.yaml"));
     char *name = lab__text("%s", in_folder("push.csv"));
@@ -267,8 +267,8 @@ Suite *patch_suite(void)
     tcase_add_test(tc, a_file_that_begins_with_a_mark_is_counted_behind_it);
     tcase_add_test(tc, a_number_in_any_form_is_replaced_as_a_whole);
     tcase_add_test(tc, a_number_without_a_place_is_refused);
-    tcase_add_test(tc, what_would_not_be_read_again_is_not_written);
-    tcase_add_test(tc, a_fitted_file_says_what_was_fitted_and_has_the_overrides);
+    tcase_add_test(tc, a_text_that_cannot_be_read_again_is_not_written);
+    tcase_add_test(tc, a_fitted_file_states_the_fit_and_has_the_overrides);
     suite_add_tcase(s, tc);
     return s;
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * import_support.h - what the tests of importers share.
+ * import_support.h - shared by the tests of importers.
  */
 #ifndef IMPORT_SUPPORT_H
 #define IMPORT_SUPPORT_H

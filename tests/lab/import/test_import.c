@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * test_import.c - ROBOTRAN projects become mechanism files with the same M and c as mechanisms that
- * were written by hand; what is left out is told; files that are not in order are refused by place.
+ * were written by hand; omissions are reported; files that are not in order are refused by place.
  */
 #include "import_support.h"
 
@@ -176,7 +176,7 @@ START_TEST(cuts_are_loops_and_the_motion_is_that_of_the_file_written_by_hand)
     static const char *const told[] = {"cut pin ignores some of its conditions",
                                        "link spring: its law is in user code (user_LinkForces)",
                                        "external force \"gust\"",
-                                       "the inertia of wheel is taken as it is"};
+                                       "the inertia of wheel is accepted"};
     text_has(said, told, sizeof told / sizeof *told);
     ck_assert_stein(lab_open(&model[0], in_folder("rig.yaml"), &options, err));
     ck_assert_stein(lab__open_text(&model[1], "by_hand.yaml", rig_by_hand, sizeof rig_by_hand - 1,
@@ -196,7 +196,7 @@ START_TEST(cuts_are_loops_and_the_motion_is_that_of_the_file_written_by_hand)
         ck_assert_stein(stein_run(sim[0], 0.02 * (step + 1), err));
         ck_assert_stein(stein_run(sim[1], 0.02 * (step + 1), err));
     }
-    double before = stein_qdd(sim[0])[0]; // forces by name act where the project says
+    double before = stein_qdd(sim[0])[0]; // forces by name act at their places in the project
     ck_assert_stein(stein_drive(sim[0], "gust_x", constant, &force, err));
     ck_assert(fabs(stein_qdd(sim[0])[0] - before) > 0.1);
     for (int k = 0; k < 2; k++) {
@@ -224,7 +224,7 @@ START_TEST(an_inertia_that_no_body_has_is_refused_taken_or_balanced_as_asked)
 }
 END_TEST
 
-START_TEST(names_that_no_file_takes_are_changed_and_what_is_empty_is_nothing)
+START_TEST(invalid_names_are_changed_and_empty_elements_ignored)
 {
     char *text = NULL, *yaml = NULL;
     size_t size;
@@ -317,7 +317,7 @@ START_TEST(projects_that_are_not_in_order_are_refused_by_place)
     ck_assert_int_eq(
         lab_import(in_folder("none"), "-", LAB_INERTIA_REFUSE, NULL, NULL, NULL, &told), STEIN_EIO);
 
-    // an inertia that no body has: written, and told by the line of what was written
+    // an inertia that no body has: written, and reported by the line of the written file
     const char *to = in_folder("heavy.yaml");
     ck_assert_int_eq(lab_import(changed(text, "<Ixx>0.017</Ixx>", "<Ixx>1.7</Ixx>"), to,
                                 LAB_INERTIA_REFUSE, NULL, NULL, NULL, &told),
@@ -360,7 +360,7 @@ Suite *import_suite(void)
     tcase_add_test(t, a_spatial_project_with_several_joints_a_body_does_so_too);
     tcase_add_test(t, cuts_are_loops_and_the_motion_is_that_of_the_file_written_by_hand);
     tcase_add_test(t, an_inertia_that_no_body_has_is_refused_taken_or_balanced_as_asked);
-    tcase_add_test(t, names_that_no_file_takes_are_changed_and_what_is_empty_is_nothing);
+    tcase_add_test(t, invalid_names_are_changed_and_empty_elements_ignored);
     tcase_add_test(t, projects_that_are_not_in_order_are_refused_by_place);
     tcase_add_test(t, half_a_file_is_refused_wherever_it_ends);
     suite_add_tcase(s, t);

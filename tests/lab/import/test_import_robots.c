@@ -6,8 +6,8 @@
 
 enum { STATES = 20 };
 
-/* tests/mbs/arm.urdf and arm.xml as one would write it, in the axes of the base. %s: what tip has
- * in the axes of the link "tool", which is turned by 0.5 rad against those of "slide" */
+/* tests/mbs/arm.urdf and arm.xml as one would write it, in the axes of the base. %s: place of tip
+ * in the axes of the link "tool", which is turned by 0.5 rad against "slide" */
 static const char robot_by_hand[] =
     "mechanism: by_hand\n"
     "bodies:\n"
@@ -219,7 +219,7 @@ END_TEST
 
 /* ---- MJCF ---- */
 
-/* The same turn in four ways, of a body whose hinge is then askew: +60 deg about z, +30 about x. */
+/* The same rotation in four ways, of a body with an oblique hinge: +60 deg about z, +30 about x. */
 START_TEST(orientations_are_the_same_however_they_are_written)
 {
     static const char text[] =
@@ -248,7 +248,7 @@ START_TEST(orientations_are_the_same_however_they_are_written)
 }
 END_TEST
 
-/* of a hinge, of a slide by its class, and of a ball, whose one is told */
+/* of a hinge, of a slide by its class, and of a ball, where it is reported */
 static const char geared[] =
     "<mujoco><default><default class='screw'><joint type='slide' armature='1.6'/></default>"
     "</default><worldbody>"
@@ -370,7 +370,7 @@ END_TEST
     "<inertial pos='0.1 0 0' mass='0.6' diaginertia='2e-3 2e-3 2e-3'/></body>"            \
     "</worldbody><equality>" equality "</equality>%s</mujoco>"
 
-/* the coupler is turned by 0.6 rad at the reference; its end is where the anchor says there */
+/* the coupler is turned by 0.6 rad at the reference; its end is at the anchor */
 START_TEST(equalities_are_loops)
 {
     static const char text[] =

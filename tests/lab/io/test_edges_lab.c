@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_edges_lab.c - what is read, at its edges: projects of other programs that are as large as
- * they can be, or empty; mechanisms that no file holds; rows that belong to no table; records whose
- * columns say nothing.
+ * test_edges_lab.c - edge cases of input: projects of other programs that are as large as
+ * they can be, or empty; mechanisms that no file holds; rows that belong to no table; records with
+ * columns without information.
  */
 #include "data_support.h"
 #include "gen.h"
@@ -44,7 +44,7 @@ static void refuse_project(const char *path, const char *says)
     ck_assert_int_ne(access(to, F_OK), 0);
 }
 
-START_TEST(a_project_without_what_it_needs_is_refused)
+START_TEST(an_incomplete_project_is_refused)
 {
     static const struct {
         const char *text, *says;
@@ -130,7 +130,7 @@ static void keep_note(void *ctx, const char *message)
     snprintf(notes + n, sizeof notes - n, "%s\n", message);
 }
 
-/* names that are taken, those of C, signs that no name has; two that are the same in the end */
+/* duplicate names, names of C, characters that no name has; two that are the same in the end */
 START_TEST(names_of_a_project_become_names_of_a_file)
 {
     const char *path = write_file(
@@ -150,7 +150,7 @@ START_TEST(names_of_a_project_become_names_of_a_file)
     notes[0] = '\0';
     ck_assert_stein(
         lab_import(path, in_folder("names.yaml"), LAB_INERTIA_REFUSE, keep_note, NULL, &done, err));
-    ck_assert_str_eq(done.name, "imported"); // it says none
+    ck_assert_str_eq(done.name, "imported"); // it has none
     static const char *const told[] = {
         "body \"double\" is called double_ here", "body \"double_\" is called double__2 here",
         "joint \"2nd\" is called n2nd here", "joint \"2nd\" is called n2nd_2 here"};
@@ -178,7 +178,7 @@ static mech_step *first_parameter(mechanism *m)
     return NULL;
 }
 
-/* @return what the generator is to say of it */
+/* @return the expected message of the generator */
 static const char *spoil(mechanism *m, int what)
 {
     mech_body *b = &m->bodies[1];
@@ -289,7 +289,7 @@ END_TEST
 
 /* ---- records ---- */
 
-START_TEST(a_force_that_is_never_there_says_something)
+START_TEST(a_force_that_is_always_0_is_information)
 {
     lab_data *d = open_data(
         write_file("none.csv", "time [s],string_force [N],hammer_height [mm],notch_force [N]\n"
@@ -301,7 +301,7 @@ START_TEST(a_force_that_is_never_there_says_something)
 }
 END_TEST
 
-START_TEST(a_dataset_needs_a_file_and_tells_what_cannot_be_read)
+START_TEST(a_dataset_needs_a_file_and_reports_unreadable_ones)
 {
     lab_data_options o = lab_data_options_default(&stein_model_stein1788);
     lab_dataset *set = NULL;
@@ -328,15 +328,15 @@ Suite *edges_lab_suite(void)
     TCase *tc = tcase_create("edges_lab");
     tcase_add_checked_fixture(tc, make_folder, remove_folder);
     tcase_set_timeout(tc, 60.0);
-    tcase_add_test(tc, a_project_without_what_it_needs_is_refused);
+    tcase_add_test(tc, an_incomplete_project_is_refused);
     tcase_add_test(tc, a_project_can_be_so_large_and_no_larger);
     tcase_add_test(tc, a_project_of_more_than_8_mib_is_not_read);
     tcase_add_test(tc, names_of_a_project_become_names_of_a_file);
     tcase_add_loop_test(tc, a_mechanism_that_is_not_in_order_has_no_equations, 0, SPOILT);
     tcase_add_test(tc, a_row_belongs_to_its_table_or_to_none);
     tcase_add_test(tc, a_head_that_no_sweep_wrote_is_refused);
-    tcase_add_test(tc, a_force_that_is_never_there_says_something);
-    tcase_add_test(tc, a_dataset_needs_a_file_and_tells_what_cannot_be_read);
+    tcase_add_test(tc, a_force_that_is_always_0_is_information);
+    tcase_add_test(tc, a_dataset_needs_a_file_and_reports_unreadable_ones);
     suite_add_tcase(suite, tc);
     return suite;
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_formats.c - records for NumPy and MATLAB, read back by readers of this file's own that know
- * the published formats and nothing of the writer.
+ * test_formats.c - records for NumPy and MATLAB, read back by readers in this file, which are
+ * written after the published formats.
  */
 #include <stdint.h>
 
@@ -194,7 +194,7 @@ START_TEST(matlab_reads_columns_units_and_notes)
 }
 END_TEST
 
-START_TEST(forms_are_known_by_their_endings_and_full_disks_are_told)
+START_TEST(forms_follow_from_endings_and_full_disks_are_reported)
 {
     double cell[ROWS][CHANNELS];
     lab_record *record = swing(cell);
@@ -228,7 +228,7 @@ Suite *formats_suite(void)
     tcase_add_checked_fixture(t, make_folder, remove_folder);
     tcase_add_test(t, numpy_reads_every_channel_by_name_to_the_last_bit);
     tcase_add_test(t, matlab_reads_columns_units_and_notes);
-    tcase_add_test(t, forms_are_known_by_their_endings_and_full_disks_are_told);
+    tcase_add_test(t, forms_follow_from_endings_and_full_disks_are_reported);
     suite_add_tcase(s, t);
     return s;
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_curve.c - laws that are in no table: strokes are made with one, the diagnosis has to say
- * where it acts, as a function of what, and how, and write a mechanism that moves like that.
+ * test_curve.c - laws that are in no table: strokes are made with one. The diagnosis has to name
+ * its place, its argument and its values, and to write a mechanism that moves like it.
  */
 #include <math.h>
 
@@ -72,7 +72,7 @@ static double shear(double q, double qd)
     return q < 0.0 ? -300.0 * q * (1.0 - 0.2 * qd) * 0.25 * exp(-u * u) : 0.0;
 }
 
-/* nothing that a state knows */
+/* no function of a state */
 static double shaken(double t)
 {
     return 1e-2 * sin(19.0 * t) * sin(3.3 * t);
@@ -84,7 +84,7 @@ static void act(void *ctx, double t, const double *q, const double *qd, double *
     Q[0] += *law != NULL ? (*law)(q[0], qd[0]) : shaken(t);
 }
 
-/** A diagnosis with what it refers to. */
+/** A diagnosis with its model and data. */
 typedef struct case_t {
     char path[STROKES][200];
     lab_model *model;
@@ -92,7 +92,7 @@ typedef struct case_t {
     lab_diagnosis *d;
 } case_t;
 
-/* one swing or fall from a height of its own, on film */
+/* one swing or fall from its own height, on film */
 static void make_stroke(case_t *c, int s, law_fn *law, unsigned long long *seed)
 {
     const stein_model *m = lab_equations(c->model);
@@ -275,7 +275,7 @@ START_TEST(a_law_in_no_table_is_found_with_place_state_and_shape_and_its_file_mo
 }
 END_TEST
 
-START_TEST(bands_hold_the_truth_about_as_often_as_they_say)
+START_TEST(bands_hold_the_truth_about_as_often_as_stated)
 {
     int inside = 0, all = 0;
     for (int which = 0; which < LAWS; which++) {
@@ -307,7 +307,7 @@ START_TEST(a_law_is_in_all_that_is_written)
 }
 END_TEST
 
-START_TEST(what_no_state_knows_is_not_called_a_law)
+START_TEST(a_force_that_is_no_function_of_a_state_is_not_called_a_law)
 {
     case_t c;
     open_case(&c, pendulum, NULL, 0);
@@ -320,7 +320,7 @@ END_TEST
 
 /* without the law its strokes look as if their friction scattered by all that may be; it does not
  */
-START_TEST(strokes_scatter_by_what_a_law_leaves)
+START_TEST(strokes_scatter_by_the_residual_of_a_law)
 {
     case_t c;
     open_case(&c, write_file("rubbing.yaml", rubbing), cogging, 0);
@@ -332,13 +332,13 @@ START_TEST(strokes_scatter_by_what_a_law_leaves)
 }
 END_TEST
 
-/* a brake that bites at one speed, and harder on one side: no state alone knows it all */
+/* a brake that bites at one speed, and harder on one side: no single state explains it all */
 static double squeal_aside(double q, double qd)
 {
     return squeal(q, qd) * (1.0 + 0.5 * tanh(4.0 * q));
 }
 
-START_TEST(what_one_state_nearly_explains_is_not_said_to_be_its_law)
+START_TEST(a_residual_that_one_state_nearly_explains_is_not_called_its_law)
 {
     case_t c;
     open_case(&c, pendulum, squeal_aside, 0);
@@ -350,7 +350,7 @@ START_TEST(what_one_state_nearly_explains_is_not_said_to_be_its_law)
     ck_assert_double_gt(l->share, 0.4); // friction that differs takes part of it
     ck_assert_double_gt(l->chi2_dof, 1.1);
     for (int i = 1; i < c.d->nlaw;
-         i++) { // none of them is right: held-out strokes say which is first
+         i++) { // none of them is right: held-out strokes decide which is first
         ck_assert(!(c.d->law[i].held_out < l->held_out));
     }
     ck_assert_ptr_nonnull(strstr(c.d->reason, "o state function of those tried explains the rest"));
@@ -367,10 +367,10 @@ Suite *curve_suite(void)
     tcase_add_checked_fixture(tc, make_folder, remove_folder);
     tcase_add_loop_test(
         tc, a_law_in_no_table_is_found_with_place_state_and_shape_and_its_file_moves, 0, LAWS);
-    tcase_add_test(tc, bands_hold_the_truth_about_as_often_as_they_say);
-    tcase_add_test(tc, what_no_state_knows_is_not_called_a_law);
-    tcase_add_test(tc, strokes_scatter_by_what_a_law_leaves);
-    tcase_add_test(tc, what_one_state_nearly_explains_is_not_said_to_be_its_law);
+    tcase_add_test(tc, bands_hold_the_truth_about_as_often_as_stated);
+    tcase_add_test(tc, a_force_that_is_no_function_of_a_state_is_not_called_a_law);
+    tcase_add_test(tc, strokes_scatter_by_the_residual_of_a_law);
+    tcase_add_test(tc, a_residual_that_one_state_nearly_explains_is_not_called_its_law);
     tcase_add_test(tc, a_law_is_in_all_that_is_written);
     suite_add_tcase(s, tc);
     return s;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_law_search.c - the steps of the search for a law: what scores where an observer holds the
- * model near the records, how the fit of a curve ends, what is said of it; and normal equations of
- * which most unknowns stay.
+ * test_law_search.c - the steps of the search for a law: scores while an observer holds the model
+ * near the records, ends of the fit of a curve, messages about it; and normal equations of which
+ * most unknowns stay.
  *
  * The law is a hump of potential on a pendulum's way: slow swings turn back before it, fast ones go
  * over. Without it no fit is anywhere near the swings.
@@ -186,7 +186,7 @@ START_TEST(a_fit_settles_where_it_is_and_leaves_the_problem_as_it_was)
 END_TEST
 
 /* H dx = -g of the unknowns that move, once in full */
-START_TEST(normal_equations_are_those_of_what_moves)
+START_TEST(normal_equations_contain_the_moving_unknowns)
 {
     bench b;
     open_bench(&b);
@@ -296,7 +296,7 @@ START_TEST(normal_equations_of_strokes_own_numbers_alone_have_a_solution)
 }
 END_TEST
 
-/* a pendulum with a spring whose stiffness is asked for, as its damping is */
+/* a pendulum with a spring of unknown stiffness and unknown damping */
 static const char *sprung(void)
 {
     static const char spring[] = "    spring: {k: 0.02 N m/rad +- 5 %, theta0: 0.5 rad}\n"
@@ -339,7 +339,7 @@ static void check_same(const fit__problem *p, const diag__site *s, int u, const 
     }
 }
 
-START_TEST(what_a_spring_does_is_what_a_curve_does_exactly)
+START_TEST(a_spring_and_its_curve_have_exactly_the_same_effect)
 {
     const char *data[SWINGS + 1] = {NULL};
     bench b;
@@ -387,7 +387,7 @@ START_TEST(what_a_spring_does_is_what_a_curve_does_exactly)
 }
 END_TEST
 
-/* What data say that see a law by its integral up to each point, with noise: M, c. */
+/* Data that show the integral of a law up to each point, with noise: M, c. */
 static void measure(const diag__site *s, const double *truth, unsigned long long *seed,
                     diag__reduced *q)
 {
@@ -407,7 +407,7 @@ static void measure(const diag__site *s, const double *truth, unsigned long long
     }
 }
 
-/* share of the points whose truth is in the band about f */
+/* share of the points with the truth in the band about f */
 static double covered(const diag__reduced *q, const double *truth)
 {
     int inside = 0;
@@ -453,7 +453,7 @@ START_TEST(a_band_does_not_take_for_granted_how_smooth_the_law_is)
 END_TEST
 
 /* residuals of noise, and of a wave as large */
-START_TEST(what_is_left_beyond_noise_is_alike_from_sample_to_sample)
+START_TEST(the_residual_beyond_noise_is_correlated_from_sample_to_sample)
 {
     bench b;
     open_bench(&b);
@@ -485,11 +485,11 @@ Suite *law_search_suite(void)
     tcase_add_test(tc, where_the_model_is_held_near_the_records_the_right_curve_scores_most);
     tcase_add_test(tc, the_step_of_a_number_that_is_held_stays);
     tcase_add_test(tc, a_fit_settles_where_it_is_and_leaves_the_problem_as_it_was);
-    tcase_add_test(tc, what_a_spring_does_is_what_a_curve_does_exactly);
-    tcase_add_test(tc, normal_equations_are_those_of_what_moves);
+    tcase_add_test(tc, a_spring_and_its_curve_have_exactly_the_same_effect);
+    tcase_add_test(tc, normal_equations_contain_the_moving_unknowns);
     tcase_add_test(tc, normal_equations_of_strokes_own_numbers_alone_have_a_solution);
     tcase_add_test(tc, a_band_does_not_take_for_granted_how_smooth_the_law_is);
-    tcase_add_test(tc, what_is_left_beyond_noise_is_alike_from_sample_to_sample);
+    tcase_add_test(tc, the_residual_beyond_noise_is_correlated_from_sample_to_sample);
     suite_add_tcase(suite, tc);
     return suite;
 }

@@ -72,12 +72,13 @@ static void recover_law(const char *ball, int light)
                ball, rest, slope, line, parabola(l), d->gain.ratio);
         ck_assert(slope > 0.0); // against the motion, and more when it is faster
         for (int k = 0; k < l->n; k++) {
-            // the last metres of a fall tell little of the fastest speeds: there a band may reach 0
+            // the last metres of a fall have little information about the fastest speeds: there a
+            // band may reach 0
             ck_assert_msg(l->at[k] > -8.0 || l->at[k] < -17.0 || l->lo[k] > 0.0, "%s at %g m/s",
                           ball, l->at[k]);
             ck_assert_msg(l->at[k] > -8.0 || l->value[k] > 0.0, "%s at %g m/s", ball, l->at[k]);
         }
-        ck_assert(strstr(d->reason, "do not tell the two apart") != NULL); // height, of one height
+        ck_assert(strstr(d->reason, "do not separate the two") != NULL); // height, of one height
     }
     lab_diagnosis_destroy(d);
     drop(&f);
@@ -100,7 +101,7 @@ START_TEST(the_law_of_the_air_is_recovered_without_a_table_where_it_matters)
 }
 END_TEST
 
-/* two drops in air, in the frames of those, that say nothing of their noise */
+/* two drops in air, in their frames, without a stated noise */
 START_TEST(a_short_record_that_states_no_noise_shows_its_law)
 {
     static const char *const air[] = {"ball.drag=9e-4 N s^2/m^2", NULL},

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * test_lab.c - the laboratory: equations from files, and strokes.
  *
- * Every test has a cache folder of its own; equations are kept from being built in by a structure
+ * Every test has its own cache folder; equations are kept from being built in by a structure
  * no model of the library has.
  */
 #define CACHE_OF_ITS_OWN
@@ -148,7 +148,7 @@ START_TEST(other_equations_are_compiled_once_and_then_need_no_compiler)
 }
 END_TEST
 
-/* a compiler that knows nothing of lanes */
+/* a compiler without vector types */
 static const char *plain_compiler(void)
 {
     return write_program("cc", "#!/bin/sh\n"
@@ -254,7 +254,7 @@ START_TEST(an_override_that_changes_the_structure_makes_new_equations)
 }
 END_TEST
 
-START_TEST(damaged_or_foreign_objects_in_the_cache_are_made_anew)
+START_TEST(damaged_or_foreign_objects_in_the_cache_are_made_again)
 {
     const char *set[] = {"hammer.head.x=3.7 mm"};
     int n = 0;
@@ -281,7 +281,7 @@ START_TEST(damaged_or_foreign_objects_in_the_cache_are_made_anew)
 }
 END_TEST
 
-START_TEST(without_a_compiler_the_message_says_what_to_run)
+START_TEST(without_a_compiler_the_message_names_the_remedy)
 {
     lab_model *model = NULL;
     stein_err err = {STEIN_OK, ""};
@@ -425,7 +425,7 @@ static void note_told(void *ctx, stein_sim *sim, const stein_event *event)
     }
 }
 
-START_TEST(events_of_runs_and_strokes_are_told)
+START_TEST(events_of_runs_and_strokes_are_reported)
 {
     lab_model *model = open_text(falling, NULL, 0);
     stein_sim *sim = NULL;
@@ -547,7 +547,7 @@ static stein_status refuse_sample(void *ctx, stein_sim *sim)
     return stein_time(sim) > 1e-3 ? STEIN_EIO : STEIN_OK;
 }
 
-START_TEST(what_a_stroke_cannot_use_is_refused_with_the_reason)
+START_TEST(invalid_definitions_of_a_stroke_are_refused_with_the_reason)
 {
     stein_err err = {STEIN_OK, ""};
     lab_stroke s;
@@ -585,19 +585,19 @@ Suite *lab_suite(void)
     tcase_add_test(tc, compiled_equations_have_lanes_where_the_compiler_can_make_them);
     tcase_add_test(tc, compiled_equations_have_their_own_lanes_beside_built_in_ones_of_their_name);
     tcase_add_test(tc, an_override_that_changes_the_structure_makes_new_equations);
-    tcase_add_test(tc, damaged_or_foreign_objects_in_the_cache_are_made_anew);
-    tcase_add_test(tc, without_a_compiler_the_message_says_what_to_run);
+    tcase_add_test(tc, damaged_or_foreign_objects_in_the_cache_are_made_again);
+    tcase_add_test(tc, without_a_compiler_the_message_names_the_remedy);
     tcase_add_test(tc, a_cache_that_cannot_be_written_is_an_io_error);
     tcase_add_test(tc, files_and_overrides_that_are_not_in_order_are_refused);
     tcase_add_test(tc, outcomes_follow_the_position_of_the_stop);
     tcase_add_test(tc, speed_and_force_of_a_falling_weight_are_those_of_closed_form);
     tcase_add_test(tc, sampling_changes_nothing);
-    tcase_add_test(tc, events_of_runs_and_strokes_are_told);
+    tcase_add_test(tc, events_of_runs_and_strokes_are_reported);
     tcase_add_test(tc, numbers_of_a_record_are_its_rows);
     tcase_add_test(tc, quantities_have_the_units_of_mechanism_files);
     tcase_add_test(tc, a_stroke_leaves_the_simulation_at_its_end);
     tcase_add_test(tc, rearming_is_the_same_with_the_release_in_the_run_or_on_the_side);
-    tcase_add_test(tc, what_a_stroke_cannot_use_is_refused_with_the_reason);
+    tcase_add_test(tc, invalid_definitions_of_a_stroke_are_refused_with_the_reason);
     suite_add_tcase(suite, tc);
     lab_results_cases(suite);
     return suite;

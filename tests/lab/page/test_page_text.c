@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_page_text.c - a page as text, with a compiler that is a script: what of a mechanism is
- * written into it, when its module is compiled, and what is told when that fails. What it does in
- * a browser is tested by test_page.sh.
+ * test_page_text.c - a page as text, with a compiler that is a script: its description of a
+ * mechanism, the compilation of its module, and the messages of a failure. test_page.sh tests it in
+ * a browser.
  */
 #include "lab_support.h"
 
@@ -80,7 +80,7 @@ static int commands(void)
     return n;
 }
 
-START_TEST(a_page_tells_all_of_its_mechanism)
+START_TEST(a_page_contains_all_of_its_mechanism)
 {
     static const char *const action[] = {"\"name\": \"hammer\"",
                                          "\"type\": \"R\"",
@@ -129,7 +129,7 @@ START_TEST(a_module_is_compiled_once_and_the_core_for_all)
 END_TEST
 
 /* a compiler of the same name that cannot link what the one before it made */
-START_TEST(objects_of_another_compiler_are_compiled_anew)
+START_TEST(objects_of_another_compiler_are_compiled_again)
 {
     free(page_of("models/pendulum.yaml", NULL));
     int all = commands();
@@ -168,7 +168,7 @@ static void refuse_page(stein_status status, const char *says)
     lab_close(model);
 }
 
-START_TEST(what_a_page_lacks_is_named)
+START_TEST(missing_tools_of_a_page_are_named)
 {
     put_clang("echo bad code; exit 4");
     refuse_page(STEIN_ECOMPILE, "failed to compile the page's module (exit code 4): bad code");
@@ -184,7 +184,7 @@ START_TEST(what_a_page_lacks_is_named)
 }
 END_TEST
 
-START_TEST(a_page_without_a_place_is_told)
+START_TEST(a_page_that_cannot_be_written_is_reported)
 {
     lab_options o = cache_in_folder();
     lab_model *model = NULL;
@@ -204,12 +204,12 @@ Suite *page_text_suite(void)
     TCase *tc = tcase_create("page_text");
     tcase_add_checked_fixture(tc, set_up, remove_folder);
     tcase_set_timeout(tc, 60.0);
-    tcase_add_test(tc, a_page_tells_all_of_its_mechanism);
+    tcase_add_test(tc, a_page_contains_all_of_its_mechanism);
     tcase_add_test(tc, a_module_is_compiled_once_and_the_core_for_all);
-    tcase_add_test(tc, objects_of_another_compiler_are_compiled_anew);
+    tcase_add_test(tc, objects_of_another_compiler_are_compiled_again);
     tcase_add_test(tc, a_module_that_is_none_is_compiled_again);
-    tcase_add_test(tc, what_a_page_lacks_is_named);
-    tcase_add_test(tc, a_page_without_a_place_is_told);
+    tcase_add_test(tc, missing_tools_of_a_page_are_named);
+    tcase_add_test(tc, a_page_that_cannot_be_written_is_reported);
     suite_add_tcase(s, tc);
     return s;
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_before.c - before anything is measured: statements of matrices written by hand; what is said
- * of a pendulum holds in a diagnosis of records as they were meant.
+ * test_before.c - before anything is measured: statements of matrices written by hand; the
+ * statements about a pendulum hold in a diagnosis of such records.
  */
 #include <math.h>
 
@@ -25,7 +25,7 @@ static double excluded(double info)
     return (sqrt(9.2) + 1.645) / sqrt(info);
 }
 
-START_TEST(columns_at_right_angles_are_told_apart_by_their_own_information)
+START_TEST(orthogonal_columns_are_separated_by_their_own_information)
 {
     const double I[] = {400.0, 0.0, 0.0, 90.0};
     const int cause[] = {0, 1};
@@ -39,7 +39,7 @@ START_TEST(columns_at_right_angles_are_told_apart_by_their_own_information)
 }
 END_TEST
 
-START_TEST(equal_directions_are_not_told_apart_whatever_their_size)
+START_TEST(equal_directions_are_not_separated_at_any_size)
 {
     const double I[] = {400.0, 1200.0, 1200.0, 3600.0}; // the second is three times the first
     const int cause[] = {0, 1};
@@ -50,7 +50,7 @@ START_TEST(equal_directions_are_not_told_apart_whatever_their_size)
 }
 END_TEST
 
-START_TEST(what_another_cause_does_not_imitate_tells_them_apart)
+START_TEST(the_part_that_another_cause_does_not_imitate_separates_them)
 {
     const double rho = 0.83, I[] = {400.0, rho * 600.0, rho * 600.0, 900.0};
     const int cause[] = {0, 1};
@@ -74,7 +74,7 @@ START_TEST(any_column_of_a_cause_may_imitate_and_the_best_one_acts)
 }
 END_TEST
 
-/* ---- records that are meant ---- */
+/* ---- planned records ---- */
 
 static lab_model *model;
 
@@ -107,7 +107,7 @@ static stein_status asks(const char *records, const char *channel, const char *n
     return lab_before_make(out, pendulum, model, &def, err);
 }
 
-START_TEST(what_is_wrong_with_the_records_is_told)
+START_TEST(errors_of_the_planned_records_are_reported)
 {
     static const struct {
         const char *records, *channel, *noise, *said;
@@ -148,7 +148,7 @@ static int index_of(const lab_before *b, const char *kind, const char *place)
 
 static const char three[] = "2 x 8 s at 50 Hz; 8 s at 50 Hz with rod.initial.position=40 deg";
 
-START_TEST(a_clock_is_not_told_from_the_frequency_of_a_pendulum_and_frictions_are)
+START_TEST(a_clock_is_not_separated_from_the_frequency_of_a_pendulum_and_frictions_are)
 {
     lab_before *b = NULL;
     ck_assert_stein(asks(three, "angle", NULL, &b, err));
@@ -224,7 +224,7 @@ static int is_named(const lab_candidate *c, double amount, unsigned long long se
     return yes;
 }
 
-START_TEST(a_diagnosis_names_what_is_large_enough_and_not_what_is_far_too_small)
+START_TEST(a_diagnosis_names_a_nameable_amount_and_not_a_far_smaller_one)
 {
     static const char *const kind[] = {"preload", "viscous_friction"};
     static const char six[] = "8 s at 50 Hz; 8 s at 50 Hz with rod.initial.position=40 deg;"
@@ -277,18 +277,18 @@ Suite *before_suite(void)
 {
     Suite *s = suite_create("before");
     TCase *tc = tcase_create("matrices");
-    tcase_add_test(tc, columns_at_right_angles_are_told_apart_by_their_own_information);
-    tcase_add_test(tc, equal_directions_are_not_told_apart_whatever_their_size);
-    tcase_add_test(tc, what_another_cause_does_not_imitate_tells_them_apart);
+    tcase_add_test(tc, orthogonal_columns_are_separated_by_their_own_information);
+    tcase_add_test(tc, equal_directions_are_not_separated_at_any_size);
+    tcase_add_test(tc, the_part_that_another_cause_does_not_imitate_separates_them);
     tcase_add_test(tc, any_column_of_a_cause_may_imitate_and_the_best_one_acts);
     suite_add_tcase(s, tc);
     tc = tcase_create("records");
     tcase_add_checked_fixture(tc, open_pendulum, close_pendulum);
     tcase_set_timeout(tc, 60.0);
-    tcase_add_test(tc, what_is_wrong_with_the_records_is_told);
-    tcase_add_test(tc, a_clock_is_not_told_from_the_frequency_of_a_pendulum_and_frictions_are);
+    tcase_add_test(tc, errors_of_the_planned_records_are_reported);
+    tcase_add_test(tc, a_clock_is_not_separated_from_the_frequency_of_a_pendulum_and_frictions_are);
     tcase_add_test(tc, more_noise_needs_larger_causes_in_proportion);
-    tcase_add_test(tc, a_diagnosis_names_what_is_large_enough_and_not_what_is_far_too_small);
+    tcase_add_test(tc, a_diagnosis_names_a_nameable_amount_and_not_a_far_smaller_one);
     tcase_add_test(tc, another_start_or_another_channel_helps);
     suite_add_tcase(s, tc);
     return s;

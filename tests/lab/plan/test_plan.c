@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_plan.c - the next experiment: odds are those of dense algebra, two drags that strokes at one
- * angle cannot tell apart are told apart by the stroke that is proposed, whichever is there.
+ * test_plan.c - the next experiment: odds agree with dense algebra. Two drags that strokes at one
+ * angle cannot separate are separated by the proposed stroke, whichever is true.
  */
 #include <gsl/gsl_blas.h>
 #include <gsl/gsl_linalg.h>
@@ -99,7 +99,7 @@ START_TEST(odds_of_draws_are_those_of_dense_algebra)
     ck_assert_close(e.odds, expected, 0.1, 0.1);
     ck_assert(e.odds_worst < e.odds);
     ck_assert_int_gt(e.repeats, 1);
-    lab_experiment of_four = e; // nobody of four may be left, nine times of ten
+    lab_experiment of_four = e; // none of four may be left, nine times of ten
     ck_assert_stein(plan__odds(&pair, use, 2.0 * log(100.0), 64, 4, &of_four, err));
     ck_assert(of_four.odds == e.odds);
     ck_assert(of_four.odds_worst < e.odds_worst);
@@ -112,7 +112,7 @@ START_TEST(odds_of_draws_are_those_of_dense_algebra)
 }
 END_TEST
 
-START_TEST(what_cannot_be_predicted_tells_nothing)
+START_TEST(unpredictable_samples_carry_no_evidence)
 {
     static double Y[2][ROWS], P[2][NP * ROWS], Z[2][NZ * ROWS];
     plan__prediction v[2];
@@ -121,7 +121,7 @@ START_TEST(what_cannot_be_predicted_tells_nothing)
     lab_experiment e[3];
     make_views(Y, P, Z, v);
     for (int k = 0; k < 3; k++) {
-        v[0].until = k == 0 ? ROWS : ROWS / 2; // of both models the one that ends earlier
+        v[0].until = k == 0 ? ROWS : ROWS / 2; // the earlier end of both models
         for (int i = ROWS / 2; k == 2 && i < ROWS; i++) {
             Y[0][i] += 1e3;
         }
@@ -136,7 +136,7 @@ START_TEST(what_cannot_be_predicted_tells_nothing)
 }
 END_TEST
 
-START_TEST(models_that_predict_the_same_are_never_told_apart)
+START_TEST(models_with_equal_predictions_are_never_separated)
 {
     static double Y[2][ROWS], P[2][NP * ROWS], Z[2][NZ * ROWS];
     plan__prediction v[2];
@@ -156,9 +156,9 @@ START_TEST(models_that_predict_the_same_are_never_told_apart)
 }
 END_TEST
 
-/* Two models that differ by 1 % in what a number of the file does, of hundreds of noises, and in
- * nothing else; then the same of a number of their effects. */
-START_TEST(what_a_number_of_the_file_does_is_the_same_in_both)
+/* Two models that differ only in the effect of one number of the file: by 1 % of hundreds of
+ * noises; then the same of a number of their effects. */
+START_TEST(the_column_of_a_number_of_the_file_is_the_same_in_both)
 {
     static double Y[ROWS], D[2][ROWS], Z[ROWS], one[] = {1.0};
     static const char *name[2][1] = {{"wheel.mass"}, {"amount"}};
@@ -233,7 +233,7 @@ static const lab_experiment *named(const lab_plan *plan, const char *name)
     return NULL;
 }
 
-START_TEST(the_proposed_stroke_tells_two_drags_apart)
+START_TEST(the_proposed_stroke_separates_two_drags)
 {
     rotor r = rotor_diagnosed(truth[_i], start, 1);
     const lab_suspect *right = rotor_suspect(&r, kind[_i]),
@@ -251,9 +251,9 @@ START_TEST(the_proposed_stroke_tells_two_drags_apart)
     ck_assert_int_eq(best.nset, 1);
     ck_assert_str_eq(best.set[0].name, "wheel.initial.position");
     ck_assert(best.set[0].value != 0.2);
-    ck_assert_int_eq(best.repeats, 2); // one would tell
+    ck_assert_int_eq(best.repeats, 2); // one would be enough
     ck_assert(same->repeats == 0 || same->repeats > 8);
-    ck_assert_ptr_nonnull(r.d->next); // the diagnosis says it, too
+    ck_assert_ptr_nonnull(r.d->next); // the diagnosis states it, too
     ck_assert_str_eq(r.d->next->name, best.name);
     lab_plan_destroy(plan);
     rotor_free(&r);
@@ -270,8 +270,8 @@ START_TEST(the_proposed_stroke_tells_two_drags_apart)
 }
 END_TEST
 
-/* 2 ln odds between a suspect and itself with all numbers `far` standard deviations away along what
- * its first one is correlated with; straight 1: seen along derivatives only */
+/* 2 ln odds between a candidate and itself with all numbers `far` standard deviations away, along
+ * the correlation with its first number; straight 1: seen along derivatives only */
 static double odds_of_itself(const rotor *r, plan__reference *b, const lab_experiment *e,
                              double far, int straight)
 {
@@ -312,7 +312,7 @@ static double odds_of_itself(const rotor *r, plan__reference *b, const lab_exper
     return x.odds;
 }
 
-START_TEST(what_curves_on_the_way_to_other_numbers_is_no_evidence)
+START_TEST(curvature_on_the_way_to_other_numbers_is_no_evidence)
 {
     rotor r = rotor_diagnosed(truth[0], start, 1);
     plan__model cause;
@@ -365,9 +365,9 @@ static int are_same(const lab_experiment *a, const lab_experiment *b)
 
 /* ---- an instrument by itself ---- */
 
-/* A scale whose gain is off by a +- s against one that is right: with u = c'y/|c|, c what the 11
+/* A scale with a gain that is off by a +- s, against a correct one: with u = c'y/|c|, c what the 11
  * readings show of the gain beside an unknown zero, u is N(a |c|, 1 + s^2 |c|^2) or N(0, 1). */
-START_TEST(readings_of_a_check_tell_what_a_scale_tells)
+START_TEST(readings_of_a_check_agree_with_a_scale)
 {
     static const char *const gain[] = {"angle.sensor.gain=1.02", NULL};
     rotor r = rotor_with(gain, start, 1);
@@ -480,8 +480,8 @@ START_TEST(readings_of_a_felt_and_of_a_length_are_those_of_the_file_and_more)
 }
 END_TEST
 
-/* An instrument and what it is not: the plan asks to look at it, and what is then stated settles
- * it, whichever is there. */
+/* An instrument and what it is not: the plan proposes to check it, and the stated result decides,
+ * whichever is true. */
 START_TEST(a_check_of_the_instrument_settles_it)
 {
     static const char *const there[] = {"angle.sensor.gain=1.02", "wheel.preload=3.3e-3 N m"};
@@ -558,9 +558,9 @@ static int is_left(const rotor *r, const char *who)
     return s - r->d->suspect < r->d->ncause + r->d->nrival;
 }
 
-/* A wire, a stiffer spring and others: the plan offers a stroke without a wire, and one tells
- * whether it was a wire. Where nobody ever played with it nothing can be said of it. */
-START_TEST(what_comes_off_is_taken_off)
+/* A wire, a stiffer spring and others: the plan offers a stroke without a wire, and one such stroke
+ * decides whether it was a wire. Without a stroke with a wire nothing is known about it. */
+START_TEST(removable_parts_are_taken_off)
 {
     static const char *const there[] = {"wheel_wire.k=24 N/m", "wheel.spring.k=0.87 N m/rad"};
     rotor r = lever_diagnosed(there[_i], 0);
@@ -620,7 +620,7 @@ START_TEST(where_one_stroke_is_not_enough_things_are_done_at_once)
 }
 END_TEST
 
-START_TEST(what_two_experiments_change_is_changed_at_once)
+START_TEST(changes_of_two_experiments_are_combined)
 {
     lab_experiment base = {.faster = 1}, a, b, to;
     plan__set(&base, "load.mass", "kg", 0.1);
@@ -688,7 +688,7 @@ START_TEST(a_plan_begins_where_the_numbers_of_a_rival_were_found)
 }
 END_TEST
 
-START_TEST(correlations_that_are_none_are_told)
+START_TEST(invalid_correlations_are_reported)
 {
     rotor r = rotor_diagnosed(truth[0], start, 1);
     const lab_posterior *q = &r.d->suspect[0].posterior;
@@ -819,7 +819,7 @@ START_TEST(all_that_comes_off_is_taken_off_at_once)
 }
 END_TEST
 
-START_TEST(what_is_asked_for_can_be_done)
+START_TEST(proposed_experiments_are_feasible)
 {
     static const char *const with_sensor[] = {"string_force", "dip_force", "hammer_angle"};
     static const char *const between_parts[] = {"notch_force", "load_force"};
@@ -859,7 +859,7 @@ START_TEST(what_is_asked_for_can_be_done)
 }
 END_TEST
 
-START_TEST(the_report_names_the_next_experiment_and_lists_what_could_have_been_seen)
+START_TEST(the_report_names_the_next_experiment_and_lists_detectable_effects)
 {
     rotor r = rotor_diagnosed(truth[0], start, 1);
     const char *path = in_folder("report.html");
@@ -916,23 +916,23 @@ Suite *plan_suite(void)
     tcase_set_timeout(tc, 240);
     tcase_add_checked_fixture(tc, make_folder, remove_folder);
     tcase_add_test(tc, odds_of_draws_are_those_of_dense_algebra);
-    tcase_add_test(tc, what_cannot_be_predicted_tells_nothing);
-    tcase_add_test(tc, models_that_predict_the_same_are_never_told_apart);
-    tcase_add_test(tc, what_a_number_of_the_file_does_is_the_same_in_both);
-    tcase_add_test(tc, what_curves_on_the_way_to_other_numbers_is_no_evidence);
-    tcase_add_loop_test(tc, the_proposed_stroke_tells_two_drags_apart, 0, 2);
-    tcase_add_test(tc, readings_of_a_check_tell_what_a_scale_tells);
+    tcase_add_test(tc, unpredictable_samples_carry_no_evidence);
+    tcase_add_test(tc, models_with_equal_predictions_are_never_separated);
+    tcase_add_test(tc, the_column_of_a_number_of_the_file_is_the_same_in_both);
+    tcase_add_test(tc, curvature_on_the_way_to_other_numbers_is_no_evidence);
+    tcase_add_loop_test(tc, the_proposed_stroke_separates_two_drags, 0, 2);
+    tcase_add_test(tc, readings_of_a_check_agree_with_a_scale);
     tcase_add_test(tc, readings_of_a_felt_and_of_a_length_are_those_of_the_file_and_more);
     tcase_add_loop_test(tc, a_check_of_the_instrument_settles_it, 0, 2);
-    tcase_add_loop_test(tc, what_comes_off_is_taken_off, 0, 2);
+    tcase_add_loop_test(tc, removable_parts_are_taken_off, 0, 2);
     tcase_add_test(tc, all_that_comes_off_is_taken_off_at_once);
     tcase_add_test(tc, where_one_stroke_is_not_enough_things_are_done_at_once);
-    tcase_add_test(tc, what_two_experiments_change_is_changed_at_once);
+    tcase_add_test(tc, changes_of_two_experiments_are_combined);
     tcase_add_test(tc, a_plan_begins_where_the_numbers_of_a_rival_were_found);
-    tcase_add_test(tc, correlations_that_are_none_are_told);
+    tcase_add_test(tc, invalid_correlations_are_reported);
     tcase_add_test(tc, an_instrument_that_is_no_output_is_refused);
-    tcase_add_test(tc, what_is_asked_for_can_be_done);
-    tcase_add_test(tc, the_report_names_the_next_experiment_and_lists_what_could_have_been_seen);
+    tcase_add_test(tc, proposed_experiments_are_feasible);
+    tcase_add_test(tc, the_report_names_the_next_experiment_and_lists_detectable_effects);
     tcase_add_test(tc, a_diagnosis_is_planned_for_from_its_file_as_from_memory);
     suite_add_tcase(s, tc);
     return s;

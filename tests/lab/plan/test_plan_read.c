@@ -50,7 +50,7 @@ static void refuse(const char *text, int line, const char *says)
     free(place);
 }
 
-START_TEST(what_a_diagnosis_says_is_read)
+START_TEST(a_written_diagnosis_is_read)
 {
     lab_diagnosis *d = NULL;
     ck_assert_stein(lab_diagnosis_read(&d, write_file("good.json", good), model, err));
@@ -137,7 +137,7 @@ START_TEST(a_field_that_is_wrong_is_named_with_its_line)
 }
 END_TEST
 
-START_TEST(what_is_no_object_is_no_diagnosis)
+START_TEST(only_an_object_is_a_diagnosis)
 {
     refuse("", 1, "expected a diagnosis.json");
     refuse("\n\"explained\"\n", 2, "expected a diagnosis.json");
@@ -155,7 +155,7 @@ START_TEST(what_is_no_object_is_no_diagnosis)
 }
 END_TEST
 
-/* ---- what is written for one ---- */
+/* ---- files of a plan ---- */
 
 START_TEST(a_stroke_to_be_made_has_its_input_and_every_channel_to_be_measured)
 {
@@ -187,7 +187,7 @@ START_TEST(a_stroke_to_be_made_has_its_input_and_every_channel_to_be_measured)
     ck_assert_stein(lab__read_file(path, &text, &size, err));
     ck_assert_msg(strncmp(text, head, strlen(head)) == 0, "%.500s", text);
     free(text);
-    // nothing is driven, nothing else is measured
+    // nothing is driven, no further channel is measured
     e.input[0] = e.channel[0] = '\0';
     e.nset = 0;
     ck_assert_stein(lab_plan_stroke(path, &e, 0, "models/pendulum.yaml", model, d, NULL, err));
@@ -206,7 +206,7 @@ START_TEST(a_stroke_to_be_made_has_its_input_and_every_channel_to_be_measured)
 }
 END_TEST
 
-START_TEST(a_plan_tells_what_can_be_done_from_what_cannot)
+START_TEST(a_plan_separates_feasible_from_infeasible_experiments)
 {
     static const char *const has[] = {"\"rivals\": []",
                                       "\"left_out\": 2",
@@ -257,11 +257,11 @@ Suite *plan_read_suite(void)
     TCase *tc = tcase_create("plan_read");
     tcase_add_checked_fixture(tc, open_pendulum, close_pendulum);
     tcase_set_timeout(tc, 60.0);
-    tcase_add_test(tc, what_a_diagnosis_says_is_read);
+    tcase_add_test(tc, a_written_diagnosis_is_read);
     tcase_add_test(tc, a_field_that_is_wrong_is_named_with_its_line);
-    tcase_add_test(tc, what_is_no_object_is_no_diagnosis);
+    tcase_add_test(tc, only_an_object_is_a_diagnosis);
     tcase_add_test(tc, a_stroke_to_be_made_has_its_input_and_every_channel_to_be_measured);
-    tcase_add_test(tc, a_plan_tells_what_can_be_done_from_what_cannot);
+    tcase_add_test(tc, a_plan_separates_feasible_from_infeasible_experiments);
     suite_add_tcase(s, tc);
     return s;
 }

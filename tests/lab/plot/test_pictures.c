@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_pictures.c - what is drawn of sweeps and records: the scripts that gnuplot is given, read in
+ * test_pictures.c - pictures of sweeps and records: the scripts that gnuplot is given, read in
  * its place.
  */
 #include "lab_support.h"
 
 static char *path_before;
 
-/* a gnuplot that keeps its script as `script` and draws a line, or does what `instead` says */
+/* a gnuplot that keeps its script as `script` and draws a line, or executes `instead` */
 static void put_gnuplot(const char *instead)
 {
     char *text =
@@ -118,13 +118,13 @@ START_TEST(a_panel_of_one_output_has_its_name)
 }
 END_TEST
 
-START_TEST(what_never_happened_is_told_in_its_panel)
+START_TEST(an_event_that_never_happened_is_noted_in_its_panel)
 {
     static const char head[] = "# vary a.b [m]: 1,2 mm\npoint,a.b [m],status,escapement_height [m],"
                                "escapement_time [s],impact_time [s],peak_string_force [N]\n";
     static const char *const row[] = {"0,0.001,ok,,,0.05,3", "1,0.002,ok,,,0.06,4", NULL};
     drawn(head, row);
-    HAS("no such event", "'escapement height [mm]'", "'time [ms]'", "title 'impact time'",
+    HAS("no event", "'escapement height [mm]'", "'time [ms]'", "title 'impact time'",
         "'peak string force [N]'");
     script_lacks("title 'escapement time'");
 }
@@ -163,7 +163,7 @@ START_TEST(two_parameters_make_a_map)
 }
 END_TEST
 
-START_TEST(a_table_that_cannot_be_drawn_is_told)
+START_TEST(a_table_that_cannot_be_drawn_is_reported)
 {
     static const char *const none[] = {NULL};
     static const struct {
@@ -205,7 +205,7 @@ END_TEST
 
 /* ---- gnuplot itself ---- */
 
-START_TEST(a_gnuplot_that_fails_is_told_by_its_last_words)
+START_TEST(a_gnuplot_that_fails_is_reported_with_its_last_words)
 {
     static const struct {
         const char *does, *says;
@@ -268,7 +268,7 @@ START_TEST(a_record_is_drawn_by_units_over_its_time)
 }
 END_TEST
 
-START_TEST(a_stroke_is_drawn_with_what_happened)
+START_TEST(a_stroke_is_drawn_with_its_events)
 {
     const stein_model *m = &stein_model_stein1788;
     lab_record *r = record_of(m, 0.06, 0.005);
@@ -294,7 +294,7 @@ START_TEST(a_stroke_is_drawn_with_what_happened)
 }
 END_TEST
 
-START_TEST(a_record_without_anything_to_draw_is_told)
+START_TEST(a_record_without_anything_to_draw_is_reported)
 {
     lab_record *r = record_of(&stein_model_pendulum, 0.0, 0.1);
     stein_model mute = stein_model_pendulum;
@@ -320,14 +320,14 @@ Suite *pictures_suite(void)
     tcase_add_test(tc, outputs_of_one_unit_share_a_panel);
     tcase_add_test(tc, lengths_below_a_metre_are_drawn_in_millimetres);
     tcase_add_test(tc, a_panel_of_one_output_has_its_name);
-    tcase_add_test(tc, what_never_happened_is_told_in_its_panel);
+    tcase_add_test(tc, an_event_that_never_happened_is_noted_in_its_panel);
     tcase_add_test(tc, two_parameters_make_a_map);
-    tcase_add_test(tc, a_table_that_cannot_be_drawn_is_told);
+    tcase_add_test(tc, a_table_that_cannot_be_drawn_is_reported);
     tcase_add_test(tc, a_name_of_any_length_is_cut);
-    tcase_add_test(tc, a_gnuplot_that_fails_is_told_by_its_last_words);
+    tcase_add_test(tc, a_gnuplot_that_fails_is_reported_with_its_last_words);
     tcase_add_test(tc, a_record_is_drawn_by_units_over_its_time);
-    tcase_add_test(tc, a_stroke_is_drawn_with_what_happened);
-    tcase_add_test(tc, a_record_without_anything_to_draw_is_told);
+    tcase_add_test(tc, a_stroke_is_drawn_with_its_events);
+    tcase_add_test(tc, a_record_without_anything_to_draw_is_reported);
     suite_add_tcase(s, tc);
     return s;
 }

@@ -185,7 +185,7 @@ static const char *value(const char *at)
     return end != at && isfinite(number) && (*at == '-' || (*at >= '0' && *at <= '9')) ? end : NULL;
 }
 
-START_TEST(the_json_has_what_was_promised_and_reads_back)
+START_TEST(the_json_has_its_documented_keys_and_reads_back)
 {
     static const char *const keys[] = {"\"verdict\": \"missing_effect\"",
                                        "\"causes\": [",
@@ -318,7 +318,7 @@ START_TEST(the_page_stands_alone_and_takes_no_text_for_markup)
     const char *path = in_folder("report.html");
     ck_assert_stein(lab_diagnosis_page(path, d, err));
     char *text = contents(path);
-    // what the audit quoted is there, but as text
+    // quotes of the audit are there, escaped
     char *quoted = strstr(text, "src=&#39;http://x&#39;");
     ck_assert_ptr_nonnull(quoted);
     memset(quoted, 'x', strlen("src=&#39;http://x&#39;"));
@@ -336,7 +336,7 @@ END_TEST
 
 /* ---- texts and numbers ---- */
 
-/* what one call writes */
+/* output of one call */
 #define WRITES(expected, call)                              \
     do {                                                    \
         char *written = NULL;                               \
@@ -414,7 +414,7 @@ START_TEST(several_causes_have_each_its_size_and_its_place_once)
 }
 END_TEST
 
-START_TEST(what_speaks_against_the_verdict_stands_beside_it)
+START_TEST(contradictions_are_beside_the_verdict)
 {
     static const char *const has[] = {"<ul class=\"against\">",
                                       "The forces contradict it: a &lt;why&gt;.",
@@ -446,7 +446,7 @@ START_TEST(what_speaks_against_the_verdict_stands_beside_it)
 }
 END_TEST
 
-START_TEST(the_first_screen_tells_the_error_in_the_unit_of_the_channel)
+START_TEST(the_first_screen_has_the_error_in_the_unit_of_the_channel)
 {
     static const char *const has[] = {"<small>height</small> 3.00 \xe2\x86\x92 1.50&nbsp;mm",
                                       "<title>", ": measured ", NULL};
@@ -467,7 +467,7 @@ START_TEST(the_first_screen_tells_the_error_in_the_unit_of_the_channel)
 }
 END_TEST
 
-START_TEST(refitted_numbers_say_how_far_they_moved)
+START_TEST(refitted_numbers_show_their_change)
 {
     static const char *const has[] = {"12.300&nbsp;g",
                                       "not seen by these records",
@@ -500,14 +500,14 @@ START_TEST(refitted_numbers_say_how_far_they_moved)
 }
 END_TEST
 
-START_TEST(what_to_do_next_depends_on_the_verdict)
+START_TEST(the_next_step_depends_on_the_verdict)
 {
     static const struct {
         lab_verdict verdict;
         int causes, rivals;
         const char *says;
     } next[] = {
-        {LAB_VERDICT_EXPLAINED, 0, 0, "Use the model as it is."},
+        {LAB_VERDICT_EXPLAINED, 0, 0, "Use the model without changes."},
         {LAB_VERDICT_NOT_CONVERGED, 0, 0, "Check the data and the starting numbers below first"},
         {LAB_VERDICT_UNKNOWN_EFFECT, 0, 0, "Look where the map below is darkest"},
         {LAB_VERDICT_SENSOR, 1, 0, "Check the instrument;"},
@@ -576,7 +576,7 @@ END_TEST
 START_TEST(counts_beyond_the_list_are_not_followed)
 {
     static const char *const has[] = {": odd &lt;effect&gt; of the place0</h1>",
-                                      "These records cannot tell it from</p><ul></ul>", NULL};
+                                      "These records cannot separate it from</p><ul></ul>", NULL};
     lab_diagnosis *d = made_up();
     d->nsuspect = 1;
     d->ncause = d->nrival = 2;
@@ -613,7 +613,7 @@ START_TEST(a_cause_that_is_in_no_table_has_a_place_and_no_kind)
 }
 END_TEST
 
-/* ---- what is drawn ---- */
+/* ---- pictures ---- */
 
 START_TEST(a_range_is_never_empty)
 {
@@ -632,7 +632,7 @@ START_TEST(a_range_is_never_empty)
 }
 END_TEST
 
-START_TEST(a_check_without_an_extension_draws_what_the_model_needs)
+START_TEST(a_check_without_an_extension_draws_the_required_force)
 {
     static const char *const has[] = {
         " (drive, smoothed) is prescribed here, in 1 record. The rest",
@@ -667,7 +667,7 @@ START_TEST(a_check_without_an_extension_draws_what_the_model_needs)
 }
 END_TEST
 
-START_TEST(a_slow_stroke_that_nobody_held_out_is_drawn_in_seconds)
+START_TEST(a_slow_fitted_stroke_is_drawn_in_seconds)
 {
     static const char *const has[] = {
         ">time [s]</text>",      "<figcaption>a&lt;b&gt;.csv</figcaption>",
@@ -761,7 +761,7 @@ START_TEST(a_law_that_pays_is_drawn_and_one_that_does_not_is_listed)
 }
 END_TEST
 
-START_TEST(the_map_tells_what_has_no_scatter_from_what_is_certain)
+START_TEST(the_map_distinguishes_unknown_scatter_from_certainty)
 {
     static const char *const has[] = {
         "<td class=\"heat h5\" title=\"z = 12.5, 90 samples\">\xe2\x80\x93<small>", NULL};
@@ -779,24 +779,24 @@ Suite *report_suite(void)
     TCase *tells = tcase_create("tells");
     tcase_add_checked_fixture(tells, make_folder, remove_folder);
     tcase_set_timeout(tells, 60);
-    tcase_add_test(tells, the_json_has_what_was_promised_and_reads_back);
+    tcase_add_test(tells, the_json_has_its_documented_keys_and_reads_back);
     tcase_add_test(tells, every_verdict_can_be_written_with_nothing_else_known);
     tcase_add_test(tells, a_file_that_cannot_be_written_is_reported_and_none_is_left);
     tcase_add_test(tells, the_page_stands_alone_and_takes_no_text_for_markup);
     tcase_add_test(tells, numbers_are_written_for_readers);
     tcase_add_test(tells, several_causes_have_each_its_size_and_its_place_once);
-    tcase_add_test(tells, what_speaks_against_the_verdict_stands_beside_it);
-    tcase_add_test(tells, the_first_screen_tells_the_error_in_the_unit_of_the_channel);
-    tcase_add_test(tells, refitted_numbers_say_how_far_they_moved);
-    tcase_add_test(tells, what_to_do_next_depends_on_the_verdict);
+    tcase_add_test(tells, contradictions_are_beside_the_verdict);
+    tcase_add_test(tells, the_first_screen_has_the_error_in_the_unit_of_the_channel);
+    tcase_add_test(tells, refitted_numbers_show_their_change);
+    tcase_add_test(tells, the_next_step_depends_on_the_verdict);
     tcase_add_test(tells, a_gain_is_shown_as_far_as_it_is_known);
     tcase_add_test(tells, counts_beyond_the_list_are_not_followed);
     tcase_add_test(tells, a_cause_that_is_in_no_table_has_a_place_and_no_kind);
     tcase_add_test(tells, a_range_is_never_empty);
-    tcase_add_test(tells, a_check_without_an_extension_draws_what_the_model_needs);
-    tcase_add_test(tells, a_slow_stroke_that_nobody_held_out_is_drawn_in_seconds);
+    tcase_add_test(tells, a_check_without_an_extension_draws_the_required_force);
+    tcase_add_test(tells, a_slow_fitted_stroke_is_drawn_in_seconds);
     tcase_add_test(tells, a_law_that_pays_is_drawn_and_one_that_does_not_is_listed);
-    tcase_add_test(tells, the_map_tells_what_has_no_scatter_from_what_is_certain);
+    tcase_add_test(tells, the_map_distinguishes_unknown_scatter_from_certainty);
     suite_add_tcase(suite, tells);
     return suite;
 }

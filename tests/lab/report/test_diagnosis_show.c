@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_diagnosis_show.c - what a diagnosis shows: phases, departures, missing forces.
+ * test_diagnosis_show.c - contents of a diagnosis: phases, departures, missing forces.
  */
 #include "diagnosing.h"
 #include "fit_support.h"
@@ -46,7 +46,7 @@ static void film_strokes(const char *data[STROKES + 1], const char *const *truth
     data[STROKES] = NULL;
 }
 
-/* fit what is free, then everything that is shown */
+/* fit the free numbers, then make all displays */
 static void show(shown *s, const char *const *truth)
 {
     static const char *const names[] = {"notch.friction.A", "hammer.inertia.yy", NULL};
@@ -202,7 +202,7 @@ END_TEST
 
 /* ---- departures ---- */
 
-/* noise that remembers, different in every stroke by a constant, and what is alike in all */
+/* correlated noise, a constant that differs in every stroke, and a part common to all */
 static void fill_residual(const fit__problem *p, double *r, double memory, double scatter,
                           double alike, unsigned long long *seed)
 {
@@ -240,7 +240,7 @@ static int count_departures(const fit__problem *p, double memory, double scatter
     return above;
 }
 
-START_TEST(noise_that_remembers_is_no_departure_but_what_comes_again_is)
+START_TEST(correlated_noise_is_no_departure_but_a_repeated_residual_is)
 {
     static const char *const names[] = {"rod.damping", NULL};
     film m = {.model = "models/pendulum.yaml",
@@ -352,7 +352,7 @@ Suite *show_suite(void)
     tcase_set_timeout(shows, 900);
     tcase_add_test(shows, nothing_hidden_nothing_shown);
     tcase_add_test(shows, a_mechanism_without_stroke_rests_or_moves);
-    tcase_add_test(shows, noise_that_remembers_is_no_departure_but_what_comes_again_is);
+    tcase_add_test(shows, correlated_noise_is_no_departure_but_a_repeated_residual_is);
     tcase_add_test(shows, a_hidden_drag_is_missing_at_its_joint_with_its_size);
     tcase_add_test(shows, a_hidden_preload_is_missing_at_its_joint_with_its_size);
     suite_add_tcase(suite, shows);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_stop.c - long work that its caller stops ends soon, says so and leaves nothing behind.
+ * test_stop.c - long work that its caller stops ends soon with ESTOPPED and leaves nothing behind.
  */
 #include <limits.h>
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * test_hypotheses.c - hypotheses as values, the table of rows, linear models written by hand and
- * what proposers make of them, and the trace. Nothing is simulated.
+ * the proposals from them, and the trace. Nothing is simulated.
  */
 #include <ctype.h>
 #include <math.h>
@@ -13,7 +13,7 @@
 
 enum { COULOMB, PRELOAD, DRAG, MASS, CLOCK, DELAY, CENTRE, KINDS, MOST = 12 };
 
-/* ---- what tables are made of ---- */
+/* ---- elements of tables ---- */
 
 /* a problem that has nothing but candidates */
 typedef struct world {
@@ -267,7 +267,7 @@ START_TEST(an_amount_is_possible_within_its_sign_and_size)
     ck_assert(!diag__thinkable(&w.candidate[COULOMB], 0.0));
     ck_assert(diag__thinkable(&w.candidate[PRELOAD], -0.5));
     ck_assert(!diag__thinkable(&w.candidate[PRELOAD], 3.5));
-    ck_assert(diag__thinkable(&w.candidate[CLOCK], 3.5)); // gravity and lengths say so, too
+    ck_assert(diag__thinkable(&w.candidate[CLOCK], 3.5)); // gravity and lengths are its aliases
     ck_assert(!diag__thinkable(&w.candidate[PRELOAD], NAN));
 }
 END_TEST
@@ -300,8 +300,8 @@ typedef struct model {
     const char *unseen[KINDS];
 } model;
 
-/* columns of these candidates, each as long as `size`, alike by `likeness`; the residual is that of
- * the true amounts. The first `own` are those of the row. */
+/* columns of these candidates, each as long as `size`, alike by `likeness`; the residual belongs to
+ * the true amounts. The first `own` belong to the row. */
 static void make_model(model *m, const diag__row *row, int own, int n, const int *cause,
                        double size, const double *likeness, const double *truth)
 {
@@ -390,12 +390,13 @@ START_TEST(a_free_linear_model_expects_the_gain_of_all_records)
     ck_assert_double_eq_tol(diag__expected(&m.l, more, 2, amount, gain),
                             2000.0 - 3.0 * (gain - has), 1e-9);
     diag__linear_gain(&m.l, own, 1, amount);
-    ck_assert_double_eq_tol(diag__expected(&m.l, own, 1, amount, has), 2000.0, 1e-9); // as it is
+    ck_assert_double_eq_tol(diag__expected(&m.l, own, 1, amount, has), 2000.0, 1e-9); // unchanged
     diag__table_free(&w.t);
 }
 END_TEST
 
-/* with the observer the linear model says which share of the misfit goes, not how much */
+/* with the observer the linear model gives the share of the misfit that is explained, not the
+ * amount */
 START_TEST(a_held_linear_model_expects_no_less_than_noise)
 {
     world w;
@@ -432,7 +433,7 @@ END_TEST
 /* what an amount's freedom costs is not a share of the misfit: with large noise it is most of a
  * gain
  */
-START_TEST(where_noise_is_estimated_what_is_left_counts_by_its_logarithm)
+START_TEST(where_noise_is_estimated_the_residual_counts_by_its_logarithm)
 {
     world w;
     model m;
@@ -479,7 +480,7 @@ static int propose(const diag__proposer *by, const world *w, const model *m, dia
     return n;
 }
 
-START_TEST(one_cause_more_is_proposed_in_the_order_of_what_it_explains)
+START_TEST(one_cause_more_is_proposed_in_the_order_of_its_gain)
 {
     world w;
     model m;
@@ -502,7 +503,7 @@ START_TEST(one_cause_more_is_proposed_in_the_order_of_what_it_explains)
 }
 END_TEST
 
-START_TEST(what_is_impossible_is_not_proposed)
+START_TEST(impossible_causes_are_not_proposed)
 {
     world w;
     model m;
@@ -516,7 +517,7 @@ START_TEST(what_is_impossible_is_not_proposed)
 }
 END_TEST
 
-START_TEST(what_is_the_same_direction_is_proposed_once)
+START_TEST(equal_directions_are_proposed_once)
 {
     const double twins[] = {1, 0.995, 0.2, 0.995, 1, 0.2, 0.2, 0.2, 1};
     world w;
@@ -686,7 +687,7 @@ START_TEST(a_single_cause_is_not_left_out_again)
 }
 END_TEST
 
-START_TEST(a_fit_begins_again_where_its_linear_model_wants_another_amount)
+START_TEST(a_fit_begins_again_where_its_linear_model_predicts_another_amount)
 {
     world w;
     model m;
@@ -844,7 +845,7 @@ START_TEST(a_trace_is_one_object_a_row)
 }
 END_TEST
 
-START_TEST(a_trace_that_cannot_be_written_is_told)
+START_TEST(a_trace_that_cannot_be_written_is_reported)
 {
     world w;
     make_world(&w);
@@ -886,13 +887,13 @@ Suite *hypotheses_suite(void)
     tcase_add_test(tc, columns_are_as_alike_as_the_angle_between_them);
     tcase_add_test(tc, a_free_linear_model_expects_the_gain_of_all_records);
     tcase_add_test(tc, a_held_linear_model_expects_no_less_than_noise);
-    tcase_add_test(tc, where_noise_is_estimated_what_is_left_counts_by_its_logarithm);
+    tcase_add_test(tc, where_noise_is_estimated_the_residual_counts_by_its_logarithm);
     suite_add_tcase(suite, tc);
 
     tc = tcase_create("proposers");
-    tcase_add_test(tc, one_cause_more_is_proposed_in_the_order_of_what_it_explains);
-    tcase_add_test(tc, what_is_impossible_is_not_proposed);
-    tcase_add_test(tc, what_is_the_same_direction_is_proposed_once);
+    tcase_add_test(tc, one_cause_more_is_proposed_in_the_order_of_its_gain);
+    tcase_add_test(tc, impossible_causes_are_not_proposed);
+    tcase_add_test(tc, equal_directions_are_proposed_once);
     tcase_add_test(tc, a_cause_more_comes_beside_those_of_the_row);
     tcase_add_test(tc, nothing_is_proposed_beside_as_many_causes_as_can_act);
     tcase_add_test(tc, a_pair_is_found_that_single_columns_hide);
@@ -902,14 +903,14 @@ Suite *hypotheses_suite(void)
     tcase_add_test(tc, nothing_is_exchanged_where_there_is_no_cause);
     tcase_add_test(tc, each_of_several_causes_is_left_out_once);
     tcase_add_test(tc, a_single_cause_is_not_left_out_again);
-    tcase_add_test(tc, a_fit_begins_again_where_its_linear_model_wants_another_amount);
+    tcase_add_test(tc, a_fit_begins_again_where_its_linear_model_predicts_another_amount);
     tcase_add_test(tc, a_number_beside_an_amount_begins_further_up_and_further_down);
     suite_add_tcase(suite, tc);
 
     tc = tcase_create("trace");
     tcase_add_checked_fixture(tc, make_folder, remove_folder);
     tcase_add_test(tc, a_trace_is_one_object_a_row);
-    tcase_add_test(tc, a_trace_that_cannot_be_written_is_told);
+    tcase_add_test(tc, a_trace_that_cannot_be_written_is_reported);
     suite_add_tcase(suite, tc);
     return suite;
 }

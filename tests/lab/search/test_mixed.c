@@ -65,7 +65,7 @@ static double chance(const double *corr, const unsigned char *use, int n, double
     return p;
 }
 
-/* p of the largest score. @param knows  0: strokes are taken for repeats */
+/* p of the largest score. @param knows 0: strokes are taken for repeats */
 static double test_set(int knows, int *top)
 {
     lab__mixed m;
@@ -194,9 +194,9 @@ START_TEST(an_effect_is_found_in_scattering_strokes)
 }
 END_TEST
 
-/* strokes that happen to be alike say that nothing differs; a prior that is worth as many as they
- * are leaves at least its half, and widens what depends on it */
-/* a candidate in strokes 4 .. 9 alone is one whose column is 0 in all others */
+/* strokes that are alike by chance give no scatter; a prior worth as many strokes leaves at least
+ * half of it, and widens the dependent numbers */
+/* a candidate in strokes 4 .. 9 alone has a column that is 0 in all others */
 START_TEST(a_candidate_in_a_part_of_the_strokes_is_a_column_of_that_part)
 {
     enum { FIRST = 4, LAST = 9, CAUSE = 2, OWN = 5 };
@@ -257,7 +257,7 @@ START_TEST(a_prior_of_the_scatter_counts_as_so_many_strokes)
 }
 END_TEST
 
-START_TEST(candidates_that_say_the_same_cost_nothing)
+START_TEST(equivalent_candidates_cost_nothing)
 {
     double same[4] = {1.0, 1.0, 1.0, 1.0}, apart[4] = {1.0, 0.0, 0.0, 1.0};
     unsigned char use[2] = {1, 1};
@@ -268,8 +268,8 @@ START_TEST(candidates_that_say_the_same_cost_nothing)
 }
 END_TEST
 
-/* Two numbers whose columns are a million noises long and nearly the same, as in motion that is
- * nearly chaotic, fitted to their end: nothing is left to gain but what their priors cost. */
+/* Two numbers with columns that are a million noises long and nearly the same, as in nearly chaotic
+ * motion, fitted to their end: nothing is left to gain but what their priors cost. */
 START_TEST(long_columns_leave_the_sum_of_squares_alone)
 {
     enum { LONG = 2000, POINTS = 3 };
@@ -309,7 +309,7 @@ Suite *mixed_suite(void)
     tcase_add_test(tc, an_effect_is_found_in_scattering_strokes);
     tcase_add_test(tc, a_candidate_in_a_part_of_the_strokes_is_a_column_of_that_part);
     tcase_add_test(tc, a_prior_of_the_scatter_counts_as_so_many_strokes);
-    tcase_add_test(tc, candidates_that_say_the_same_cost_nothing);
+    tcase_add_test(tc, equivalent_candidates_cost_nothing);
     tcase_add_test(tc, long_columns_leave_the_sum_of_squares_alone);
     suite_add_tcase(suite, tc);
     return suite;

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * test_search.c - diagnoses of the swings of a pendulum: an effect of a hundred noises is found;
  * two effects hidden at once are both found, one is not called two; numbers out of their tolerances
- * are told; a step that is too coarse is told, and is no physics. The search ends where its budget
- * does, reads no record that reports, and does not depend on how many threads it has.
+ * are told; a step that is too coarse is reported, and is no physical effect. The search ends where
+ * its budget does, reads no record that reports, and does not depend on how many threads it has.
  */
 #include <string.h>
 
@@ -83,7 +83,7 @@ END_TEST
 
 /* A constant loss and one that grows with the square of speed look like viscous friction together,
  * which alone explains most and is found first. */
-START_TEST(what_was_found_first_gives_way_to_what_does_better_beside_the_others)
+START_TEST(the_first_cause_is_exchanged_for_a_better_one)
 {
     static const char *const truth[] = {"rod.coulomb.T=2 mN m", "rod.drag=0.5 mN m s^2/rad^2",
                                         NULL};
@@ -123,7 +123,7 @@ static const char lever[] =
     "outputs: {key_dip: {point: key.front, read: z, sign: -1, zero: rest}}\n"
     "simulation: {dt: 20 us, until: 0.15 s}\n";
 
-/* the lever whose felt lies on a board that gives way, in a file of its own */
+/* the lever with a felt on a board that gives way, in a separate file */
 static void on_a_board(char path[200], const char *file, double compliance)
 {
     lab_model *model = NULL;
@@ -245,8 +245,8 @@ START_TEST(one_effect_is_not_called_two)
 }
 END_TEST
 
-/* Two channels of records that began nobody knows when, one of them late: that the other one is
- * ahead says the same, and is no sensor. */
+/* Two channels of records with an unknown start, one of them late: the other one being early is the
+ * same, and is no error of a sensor. */
 START_TEST(of_two_channels_the_late_one_is_named)
 {
     static const char *const channels[] = {"angle rate", "rate angle"}, *const late[] = {"rate",
@@ -284,7 +284,7 @@ START_TEST(of_two_channels_the_late_one_is_named)
 }
 END_TEST
 
-/* the file with another line in the place of the one that begins so */
+/* the file with another line in the place of the line that begins so */
 static void with_line(const char *path, const char *begins, const char *instead)
 {
     char line[300];
@@ -301,8 +301,8 @@ static void with_line(const char *path, const char *begins, const char *instead)
     ck_assert_int_eq(found, 1);
 }
 
-/* the diagnosis of swings whose friction is `mean` times that of the file, and differs from swing
- * to swing by 1 % */
+/* the diagnosis of swings with `mean` times the file's friction, which differs from swing to swing
+ * by 1 % */
 static lab_diagnosis *with_mean(double mean, fitted *f)
 {
     static char path[200];
@@ -330,7 +330,7 @@ static lab_diagnosis *with_mean(double mean, fitted *f)
     return d;
 }
 
-START_TEST(the_mean_of_what_differs_by_itself_is_asked)
+START_TEST(the_mean_of_scatter_is_tested)
 {
     fitted f;
     lab_diagnosis *d = with_mean(1.0, &f); // it differs, and that is all
@@ -347,7 +347,7 @@ START_TEST(the_mean_of_what_differs_by_itself_is_asked)
 }
 END_TEST
 
-START_TEST(a_number_far_out_of_its_tolerance_is_told_though_the_fit_has_moved_it)
+START_TEST(a_number_far_out_of_its_tolerance_is_named_though_the_fit_has_moved_it)
 {
     static const char *const inside[] = {"rod.damping=2.2 mN m s/rad", NULL};
     static const char *const outside[] = {"rod.damping=2.36 mN m s/rad", NULL};
@@ -370,7 +370,7 @@ START_TEST(a_number_far_out_of_its_tolerance_is_told_though_the_fit_has_moved_it
 }
 END_TEST
 
-START_TEST(a_step_that_is_too_coarse_is_told_and_is_no_physics)
+START_TEST(a_step_that_is_too_coarse_is_reported_and_is_no_effect)
 {
     static const char *const truth[] = {"rod.coulomb.T=0 N m", NULL};
     for (int coarse = 0; coarse < 2; coarse++) {
@@ -461,7 +461,7 @@ static int same_bits(double a, double b)
     return memcmp(&a, &b, sizeof a) == 0;
 }
 
-/* what two diagnoses say of the records that were fitted is the same to the last bit */
+/* results of two diagnoses about the fitted records have the same bits */
 static void ck_assert_same(const lab_diagnosis *a, const lab_diagnosis *b)
 {
     ck_assert_int_eq(a->verdict, b->verdict);
@@ -493,7 +493,7 @@ static void ck_assert_same(const lab_diagnosis *a, const lab_diagnosis *b)
 
 static const char *const lossy[] = {"rod.coulomb.T=2 mN m", NULL};
 
-/* swings of which those that report are those of another pendulum */
+/* swings with reporting records of another pendulum */
 static void open_reporting(fitted *f, const char *const *elsewhere, unsigned long long seed)
 {
     const char *data[SWINGS + 1] = {NULL};
@@ -504,7 +504,7 @@ static void open_reporting(fitted *f, const char *const *elsewhere, unsigned lon
     open_fit(f, pendulum, NULL, data);
 }
 
-START_TEST(what_reports_changes_no_row_and_may_withdraw_a_cause)
+START_TEST(reporting_records_change_no_row_and_may_withdraw_a_cause)
 {
     static const char *const other[] = {"rod.preload=80 mN m", "rod.drag=3 mN m s^2/rad^2", NULL};
     lab_diagnosis *d[2];
@@ -659,14 +659,14 @@ Suite *search_suite(void)
     tcase_add_checked_fixture(tc, make_folder, remove_folder);
     tcase_set_timeout(tc, 600.0);
     tcase_add_test(tc, two_effects_at_once_are_both_found);
-    tcase_add_test(tc, what_was_found_first_gives_way_to_what_does_better_beside_the_others);
+    tcase_add_test(tc, the_first_cause_is_exchanged_for_a_better_one);
     tcase_add_test(tc, a_part_more_leaves_scatter_at_its_places);
     tcase_add_test(tc, a_part_is_found_beside_another_cause);
     tcase_add_test(tc, one_effect_is_not_called_two);
     tcase_add_loop_test(tc, of_two_channels_the_late_one_is_named, 0, 2);
-    tcase_add_test(tc, the_mean_of_what_differs_by_itself_is_asked);
-    tcase_add_test(tc, a_number_far_out_of_its_tolerance_is_told_though_the_fit_has_moved_it);
-    tcase_add_test(tc, a_step_that_is_too_coarse_is_told_and_is_no_physics);
+    tcase_add_test(tc, the_mean_of_scatter_is_tested);
+    tcase_add_test(tc, a_number_far_out_of_its_tolerance_is_named_though_the_fit_has_moved_it);
+    tcase_add_test(tc, a_step_that_is_too_coarse_is_reported_and_is_no_effect);
     suite_add_tcase(suite, tc);
 
     tc = tcase_create("gross");
@@ -678,7 +678,7 @@ Suite *search_suite(void)
     tc = tcase_create("rules");
     tcase_add_checked_fixture(tc, make_folder, remove_folder);
     tcase_set_timeout(tc, 600.0);
-    tcase_add_test(tc, what_reports_changes_no_row_and_may_withdraw_a_cause);
+    tcase_add_test(tc, reporting_records_change_no_row_and_may_withdraw_a_cause);
     tcase_add_test(tc, a_search_simulates_no_record_that_reports);
     tcase_add_test(tc, a_search_finds_the_same_on_any_number_of_threads);
     tcase_add_test(tc, a_budget_ends_a_search_and_a_verdict_comes_all_the_same);

@@ -115,7 +115,7 @@ START_TEST(too_far_right_there_is_no_escapement)
 }
 END_TEST
 
-START_TEST(peak_force_loses_one_newton_per_0_2_mm_and_is_flat_to_the_right)
+START_TEST(peak_force_falls_one_newton_per_0_2_mm_and_is_flat_to_the_right)
 {
     double slope, r2, residual, change = 0.0;
     fit(force, &slope, &r2, &residual);
@@ -180,7 +180,7 @@ Suite *facts_suite(void)
     tcase_add_test(tc, too_far_left_the_notch_misses_the_beak);
     tcase_add_test(tc, near_0_2_mm_escapement_is_forced_after_the_impact);
     tcase_add_test(tc, too_far_right_there_is_no_escapement);
-    tcase_add_test(tc, peak_force_loses_one_newton_per_0_2_mm_and_is_flat_to_the_right);
+    tcase_add_test(tc, peak_force_falls_one_newton_per_0_2_mm_and_is_flat_to_the_right);
     tcase_add_test(tc, escapement_comes_later_and_impact_earlier_to_the_right);
     tcase_add_test(tc, the_action_rearms_over_the_whole_working_range);
     tcase_add_test(tc, the_stroke_has_the_size_of_a_real_one);

@@ -78,7 +78,7 @@ START_TEST(settling_under_the_load_is_where_the_stroke_comes_to_rest)
 }
 END_TEST
 
-START_TEST(the_static_escapement_is_higher_than_the_dynamic_one_and_knows_no_friction)
+START_TEST(the_static_escapement_is_higher_than_the_dynamic_one_and_has_no_friction)
 {
     study_static still, smooth;
     study_press_slowly(&s, sim, &still);
@@ -234,7 +234,7 @@ static const study_slope *slope_of(const study_slope *slope, int n, const char *
     return NULL;
 }
 
-START_TEST(sensitivities_predict_what_a_changed_parameter_does)
+START_TEST(sensitivities_predict_the_effect_of_a_changed_parameter)
 {
     study_slope *slope = calloc((size_t)lab_equations(model)->np + 1, sizeof *slope);
     int n = 0, agree = 0;
@@ -244,7 +244,7 @@ START_TEST(sensitivities_predict_what_a_changed_parameter_does)
     }
     ck_assert_msg(n > 90 && agree >= n - n / 20, "%d of %d", agree, n);
 
-    // until it escapes the hammer knows nothing of the string
+    // until it escapes the hammer does not depend on the string
     const study_slope *string = slope_of(slope, n, "string.height");
     ck_assert_close(string->slope[0], string->unit, 1e-6, 0.0);
 
@@ -497,7 +497,7 @@ Suite *study_suite(void)
     tcase_add_checked_fixture(tc, open_study, close_study);
     tcase_add_test(tc, a_settled_action_stays_where_it_is);
     tcase_add_test(tc, settling_under_the_load_is_where_the_stroke_comes_to_rest);
-    tcase_add_test(tc, the_static_escapement_is_higher_than_the_dynamic_one_and_knows_no_friction);
+    tcase_add_test(tc, the_static_escapement_is_higher_than_the_dynamic_one_and_has_no_friction);
     tcase_add_test(tc, the_static_height_falls_as_the_stop_moves_right);
     tcase_add_test(tc, the_coarser_step_of_the_study_is_accurate_to_a_micrometre);
     tcase_add_test(tc, the_short_run_for_a_height_finds_that_of_the_stroke);
@@ -506,7 +506,7 @@ Suite *study_suite(void)
     tcase_add_test(tc, prescribed_motions_have_the_derivatives_they_claim);
     tcase_add_test(tc, a_key_pressed_faster_throws_the_hammer_faster);
     tcase_add_test(tc, regulating_arrives_at_the_height);
-    tcase_add_test(tc, sensitivities_predict_what_a_changed_parameter_does);
+    tcase_add_test(tc, sensitivities_predict_the_effect_of_a_changed_parameter);
     tcase_add_test(tc, monte_carlo_depends_on_the_seed_and_not_on_the_threads);
     tcase_add_test(tc, the_limit_of_repetition_is_bracketed);
     tcase_add_test(tc, the_key_must_come_back_far_enough);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_journal.c - a journal never loses or invents a result, whatever happens to its last bytes or
- * to any of its bits, and never takes a file for its own that is not.
+ * test_journal.c - a journal never drops or invents a result, for any damage of its last bytes or
+ * of any bit. It never accepts a foreign file.
  */
 #include <sys/wait.h>
 

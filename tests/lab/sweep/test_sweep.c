@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_sweep.c - sweeps: what --vary means, that a journal never loses or invents a result, and
- * that threads, shards and interruptions leave no trace in the table.
+ * test_sweep.c - sweeps: the meaning of --vary; a journal never drops or invents a result; threads,
+ * shards and interruptions do not change the table.
  */
 #include "lab_support.h"
 #include "suites.h"
@@ -246,7 +246,7 @@ START_TEST(threads_shards_and_journals_leave_no_trace)
 }
 END_TEST
 
-START_TEST(a_row_is_what_a_single_stroke_gives)
+START_TEST(a_row_equals_a_single_stroke)
 {
     setting s;
     lab_table *table = NULL;
@@ -313,14 +313,14 @@ static lab_table *fine_strokes(setting *s)
     return table;
 }
 
-START_TEST(controlled_steps_keep_the_tolerance_that_is_told)
+START_TEST(controlled_steps_keep_the_stated_tolerance)
 {
     static const struct {
         const char *told;
         double height, time, force; /* they may be off by [m], [s], [N] */
     } row[] = {{"string_distance=10 um", 1e-5, 1e-5, 2e-2},
                {"string_distance=1um", 1e-6, 1e-6, 2e-3},
-               {NULL, 1e-7, 1e-7, 1e-3}, // what the file tells
+               {NULL, 1e-7, 1e-7, 1e-3}, // the file's tolerance
                {"string_distance=0.03um", 3e-8, 3e-8, 3e-4}};
     setting s;
     set_up(&s);
@@ -507,8 +507,8 @@ Suite *sweep_suite(void)
     tcase_add_checked_fixture(sweep, make_folder, remove_folder);
     tcase_set_timeout(sweep, 60.0);
     tcase_add_test(sweep, threads_shards_and_journals_leave_no_trace);
-    tcase_add_test(sweep, a_row_is_what_a_single_stroke_gives);
-    tcase_add_test(sweep, controlled_steps_keep_the_tolerance_that_is_told);
+    tcase_add_test(sweep, a_row_equals_a_single_stroke);
+    tcase_add_test(sweep, controlled_steps_keep_the_stated_tolerance);
     tcase_add_test(sweep, controlled_steps_cost_a_sixth_of_fixed_ones);
     tcase_add_test(sweep, a_tolerance_that_means_nothing_is_refused);
     tcase_add_test(sweep, a_failing_point_is_a_row_with_its_status);

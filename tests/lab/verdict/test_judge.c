@@ -72,7 +72,7 @@ START_TEST(a_cause_is_named_from_a_gain_of_25_on)
 }
 END_TEST
 
-START_TEST(what_explains_most_but_not_beyond_doubt_is_the_nearest)
+START_TEST(a_cause_that_explains_most_but_not_beyond_doubt_is_the_nearest)
 {
     const double objective[] = {980.0, 980.0, 1001.0, 970.0}, left[] = {1.5, 2.5, 1.5, 1.5};
     for (int i = 0; i < 4; i++) {
@@ -147,7 +147,7 @@ END_TEST
 
 /* ---- 3: means of what scatters ---- */
 
-START_TEST(the_mean_of_what_scatters_is_judged_by_the_number_of_records)
+START_TEST(the_mean_of_scatter_is_judged_by_the_number_of_records)
 {
     diag__evidence e[] = {none(1000.0, noise_left), one(A, 990.0, noise_left)};
     e[1].scatters[0] = 1;
@@ -234,7 +234,7 @@ START_TEST(the_best_row_of_a_hypothesis_stands_for_it)
 }
 END_TEST
 
-START_TEST(what_is_impossible_is_never_best)
+START_TEST(an_impossible_hypothesis_is_never_best)
 {
     diag__evidence e[] = {none(1000.0, far_left), one(A, 400.0, noise_left),
                           one(B, 500.0, noise_left)};
@@ -389,7 +389,7 @@ START_TEST(a_cause_whose_interval_contains_0_is_not_named)
 }
 END_TEST
 
-/* numbers beside an amount that are hardly known make its derivative say little */
+/* uncertain numbers beside an amount make its derivative uncertain */
 START_TEST(an_interval_that_contains_0_gives_way_to_the_ratio_of_likelihoods)
 {
     for (int i = 0; i < 2; i++) {
@@ -570,7 +570,7 @@ START_TEST(a_white_residual_is_noise_where_none_was_stated)
 }
 END_TEST
 
-START_TEST(a_model_that_is_far_off_is_told_whether_its_fit_has_ended_or_not)
+START_TEST(a_model_that_is_far_off_is_reported_whether_its_fit_has_ended_or_not)
 {
     diag__evidence e[] = {none(1e6, 4000.0)};
     e[0].converged = 0;
@@ -609,19 +609,19 @@ Suite *judge_suite(void)
     tcase_add_test(tc, a_model_that_leaves_noise_is_explained);
     tcase_add_test(tc, a_cause_is_named_from_a_gain_of_25_on);
     tcase_add_test(tc, two_causes_at_once_have_to_gain_twice_as_much);
-    tcase_add_test(tc, what_explains_most_but_not_beyond_doubt_is_the_nearest);
+    tcase_add_test(tc, a_cause_that_explains_most_but_not_beyond_doubt_is_the_nearest);
     tcase_add_test(tc, a_number_far_out_of_its_tolerance_is_named_though_it_gains_little);
     tcase_add_test(tc, of_more_numbers_one_may_be_further_off_by_chance);
     tcase_add_test(tc, a_number_out_of_its_tolerance_that_gains_nothing_is_not_named);
     tcase_add_test(tc, a_number_within_two_sd_of_its_file_is_not_out_of_its_tolerance);
-    tcase_add_test(tc, the_mean_of_what_scatters_is_judged_by_the_number_of_records);
+    tcase_add_test(tc, the_mean_of_scatter_is_judged_by_the_number_of_records);
     tcase_add_test(tc, a_second_cause_that_gains_nothing_is_not_named);
     tcase_add_test(tc, a_second_cause_that_gains_is_named);
     tcase_add_test(tc, a_pair_is_named_though_neither_of_its_causes_gains_alone);
     tcase_add_test(tc, a_third_cause_has_to_gain_over_the_best_pair);
     tcase_add_test(tc, a_number_of_the_file_beside_a_cause_is_judged_by_its_own_amount);
     tcase_add_test(tc, the_best_row_of_a_hypothesis_stands_for_it);
-    tcase_add_test(tc, what_is_impossible_is_never_best);
+    tcase_add_test(tc, an_impossible_hypothesis_is_never_best);
     tcase_add_test(tc, a_named_effect_is_preferred_to_a_number_of_the_same_element);
     tcase_add_test(tc, of_named_effects_that_fit_as_well_as_a_number_the_best_one_is_preferred);
     tcase_add_test(tc, rivals_are_within_odds_of_1_to_100_and_sorted);
@@ -642,7 +642,7 @@ Suite *judge_suite(void)
     tcase_add_test(tc, a_fit_that_leaves_noise_is_one_to_judge_by_whether_it_has_ended_or_not);
     tcase_add_test(tc, a_table_without_the_null_hypothesis_has_no_verdict);
     tcase_add_test(tc, a_best_hypothesis_far_from_the_records_is_no_usable_model);
-    tcase_add_test(tc, a_model_that_is_far_off_is_told_whether_its_fit_has_ended_or_not);
+    tcase_add_test(tc, a_model_that_is_far_off_is_reported_whether_its_fit_has_ended_or_not);
     tcase_add_test(tc, a_misfit_that_is_small_beside_the_motion_is_no_unusable_model);
     tcase_add_test(tc, a_white_residual_is_noise_where_none_was_stated);
     tcase_add_test(tc, a_verdict_does_not_depend_on_the_order_of_the_table);

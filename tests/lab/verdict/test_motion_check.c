@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_motion_check.c - the motion-driven check: forces under a measured motion support what is
- * right, depart where it is wrong, and say so where they cannot tell.
+ * test_motion_check.c - the motion-driven check: forces under a measured motion support a correct
+ * model, contradict a wrong one, and are reported as undecided where noise hides the difference.
  *
  * The strokes are filmed by the independent program (tests/reality). What is fitted here is little,
  * so that each model's best is quickly found: two inertias, the effect, the strokes' own.
@@ -50,7 +50,7 @@ static void fit_model(models *m, int i, const lab_candidate *effect)
     m->side[i] = (diag__side){p, x, x + 3 * nu};
 }
 
-/* both models fitted, m->def says how, and the check of them; kind NULL: nothing is added */
+/* both models fitted (by m->def), and the check of them; kind NULL: nothing is added */
 static void fit_and_ask(models *m, const char *kind, const char *place, lab_verdict verdict)
 {
     fit_model(m, 0, NULL);
@@ -188,7 +188,7 @@ START_TEST(a_law_of_another_form_is_contradicted)
 }
 END_TEST
 
-START_TEST(a_model_that_lacks_it_is_told_to_depart)
+START_TEST(a_model_without_the_effect_departs)
 {
     models m;
     open_set(&m, 0, NULL, NULL, LAB_VERDICT_EXPLAINED); // which is wrong
@@ -222,7 +222,7 @@ START_TEST(nothing_departs_where_nothing_is_hidden)
 }
 END_TEST
 
-START_TEST(what_noise_hides_cannot_be_told)
+START_TEST(an_effect_below_noise_cannot_be_decided)
 {
     models m; // fitted where there is none: so small that no force shows it
     open_set(&m, 1, "coulomb_friction", "key", LAB_VERDICT_MISSING_EFFECT);
@@ -341,7 +341,7 @@ static void ask_film(models *m, const char *model, const char *channels, lab_ver
     fit_and_ask(m, NULL, NULL, verdict);
 }
 
-START_TEST(where_it_is_impossible_it_says_why)
+START_TEST(an_impossible_check_states_its_reason)
 {
     models m;
     ask_film(&m, action, "string_distance key_dip", LAB_VERDICT_NOT_CONVERGED);
@@ -367,16 +367,16 @@ Suite *motion_check_suite(void)
     tcase_set_timeout(strokes, 120);
     tcase_add_test(strokes, the_right_cause_is_supported);
     tcase_add_test(strokes, a_law_of_another_form_is_contradicted);
-    tcase_add_test(strokes, a_model_that_lacks_it_is_told_to_depart);
+    tcase_add_test(strokes, a_model_without_the_effect_departs);
     tcase_add_test(strokes, nothing_departs_where_nothing_is_hidden);
-    tcase_add_test(strokes, what_noise_hides_cannot_be_told);
+    tcase_add_test(strokes, an_effect_below_noise_cannot_be_decided);
     tcase_add_test(strokes, it_draws_the_same_twice);
     suite_add_tcase(suite, strokes);
     TCase *ways = tcase_create("ways");
     tcase_add_checked_fixture(ways, make_folder, remove_folder);
     tcase_set_timeout(ways, 120);
     tcase_add_test(ways, a_recorded_force_is_compared);
-    tcase_add_test(ways, where_it_is_impossible_it_says_why);
+    tcase_add_test(ways, an_impossible_check_states_its_reason);
     suite_add_tcase(suite, ways);
     return suite;
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_seen.c - could it have been seen? What the diagnosis says of an effect that is not there
- * holds when it is put there.
+ * test_seen.c - could it have been seen? Detectability of an absent effect is confirmed by adding
+ * the effect.
  */
 #include "rotor_support.h"
 
@@ -38,7 +38,7 @@ static lab_presence with(double amount, double *upper, int *named)
     return presence;
 }
 
-START_TEST(what_would_have_been_named_is_named_when_it_is_there)
+START_TEST(a_detectable_effect_is_named_when_it_is_present)
 {
     double amount = detectable(), upper;
     int named;
@@ -75,7 +75,7 @@ START_TEST(every_suspect_has_a_presence_and_its_reason)
 END_TEST
 
 /* within 10 mrad it would be where somebody has glued a marker */
-START_TEST(an_offset_far_beyond_what_a_marker_is_glued_by_is_a_cause)
+START_TEST(an_offset_far_beyond_the_prior_of_a_marker_is_a_cause)
 {
     rotor r = rotor_diagnosed("angle.sensor.offset=80 mrad", start, 1);
     ck_assert_int_eq(r.d->verdict, LAB_VERDICT_SENSOR);
@@ -92,9 +92,9 @@ Suite *seen_suite(void)
     TCase *tc = tcase_create("seen");
     tcase_set_timeout(tc, 120);
     tcase_add_checked_fixture(tc, make_folder, remove_folder);
-    tcase_add_test(tc, what_would_have_been_named_is_named_when_it_is_there);
+    tcase_add_test(tc, a_detectable_effect_is_named_when_it_is_present);
     tcase_add_test(tc, every_suspect_has_a_presence_and_its_reason);
-    tcase_add_test(tc, an_offset_far_beyond_what_a_marker_is_glued_by_is_a_cause);
+    tcase_add_test(tc, an_offset_far_beyond_the_prior_of_a_marker_is_a_cause);
     suite_add_tcase(s, tc);
     return s;
 }
