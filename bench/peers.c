@@ -57,7 +57,7 @@ static void place_at(stein_sim *sim, const double *y)
     int nq = sim->model->nq;
     copy(sim->xq, y, nq);
     copy(sim->xqd, y + nq, nq);
-    turn_joints(sim->model, sim->xq, sim->sc);
+    stein_turn(sim->model, sim->xq, sim->sc);
     sim->model->pose(sim->xq, sim->xqd, sim->sc, sim->d, sim->pose);
 }
 

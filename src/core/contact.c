@@ -30,8 +30,7 @@ static inline shape shape_of(const site *s)
 ALWAYS vec2 facing(const site *s, vec2 r, shape is)
 {
     if (is.line) {
-        real x = s->b[STEIN_SHAPE_NX], z = s->b[STEIN_SHAPE_NZ];
-        return is.of.fixed ? (vec2){x, z} : turn(s->pair.pose[1], x, z);
+        return is.of.fixed ? s->n : turn(s->pair.pose[1], s->n.x, s->n.z);
     }
     real distance = root_of(r.x * r.x + r.z * r.z);
     mask is_apart = more(distance, 0.0);
@@ -47,9 +46,8 @@ typedef struct meeting {
 
 ALWAYS meeting meet(const site *s, shape is)
 {
-    real x = s->b[STEIN_SHAPE_X], z = s->b[STEIN_SHAPE_Z];
-    vec2 pa = place(s->pair.pose[0], s->a[STEIN_SHAPE_X], s->a[STEIN_SHAPE_Z]);
-    vec2 pb = is.of.fixed ? (vec2){x, z} : place(s->pair.pose[1], x, z);
+    vec2 pa = place(s->pair.pose[0], s->at[0].x, s->at[0].z);
+    vec2 pb = is.of.fixed ? s->at[1] : place(s->pair.pose[1], s->at[1].x, s->at[1].z);
     vec2 r = {pa.x - pb.x, pa.z - pb.z}, n = facing(s, r, is);
     return (meeting){pa, r, n, s->reach - (r.x * n.x + r.z * n.z)};
 }
@@ -59,7 +57,7 @@ ALWAYS meeting meet(const site *s, shape is)
 ALWAYS real guard_of(const site *s, const meeting *m, shape is)
 {
     real guard = m->depth + s->pair.normal[STEIN_NORMAL_RANGE];
-    if (is.line) {
+    if (is.line && !s->endless) {
         real along = m->r.x * m->n.z - m->r.z * m->n.x;
         guard = smaller(guard, smaller(along - s->b[STEIN_SHAPE_LO], s->b[STEIN_SHAPE_HI] - along));
     }
@@ -72,73 +70,143 @@ static inline mask is_lifted(const stein_sim *sim, int contact)
     return contact == sim->model->load.contact ? no(sim->head->load_present) : (mask){0};
 }
 
-ALWAYS void press_spot(stein_sim *sim, int i, mask on, const meeting *m, shape is)
+ALWAYS void press_at(stein_sim *sim, const site *s, mask on, const meeting *m, shape is)
 {
-    const site *s = &sim->site[i];
     vec2 at = m->centre;
     if (is.round) {
         real radius = s->a[STEIN_SHAPE_R];
         at = (vec2){at.x - radius * m->n.x, at.z - radius * m->n.z};
     }
-    stein__press(sim, &s->pair, on, at, m->n, m->depth, &sim->spot[i], is.of);
+    stein__press(sim, &s->pair, on, at, m->n, m->depth, s->sum, is.of);
 }
 
-/* forces of a spot that is on, inside of a step: gap, guard and that there is no force are asked
- * for at its end */
-ALWAYS void spot_inside(stein_sim *sim, int i, mask on, shape is)
-{
-    const site *s = &sim->site[i];
-    if (!is.of.plain) {
-        sim->spot[i] = (spot_force){.gap = sim->spot[i].gap};
-    }
-    meeting m = meet(s, is);
-    press_spot(sim, i, on, &m, is);
-}
+/* the most usual places, where all is known of them but the numbers */
+static const shape fixed_line = {1, 0, {1, 1, IN_STAGE}}, moving_line = {1, 0, {0, 1, IN_STAGE}};
 
-ALWAYS void spot_at_end(stein_sim *sim, int i, mask on, shape is)
-{
-    const site *s = &sim->site[i];
-    meeting m = meet(s, is);
 #if STEIN_LANES == 1
+
+/* gap and guard of a spot, whose force begins at 0 */
+ALWAYS void look(stein_sim *sim, int i, shape is)
+{
+    const site *s = &sim->site[i];
+    meeting m = meet(s, is);
     sim->spot[i] = (spot_force){.gap = -m.depth};
-#endif
-    sim->guard[i] = sel(is_lifted(sim, s->pair.index), same(-1.0), guard_of(s, &m, is));
-    if (any(on)) {
-        press_spot(sim, i, on, &m, is);
+    sim->guard[i] = is_lifted(sim, s->pair.index) ? -1.0 : guard_of(s, &m, is);
+}
+
+static void look_at(stein_sim *sim, int i)
+{
+    const site *s = &sim->site[i];
+    switch (s->kind) {
+    case ON_FIXED_LINE: look(sim, i, fixed_line); break;
+    case ON_LINE: look(sim, i, moving_line); break;
+    case ANY_SITE: look(sim, i, shape_of(s)); break;
     }
 }
 
-INNER void stein__spot_forces(stein_sim *sim)
+/* what is told of spots begins at 0; at the end of a step also where they are */
+static void begin_spots(stein_sim *sim)
 {
-    static const shape fixed_line = {1, 0, {1, 1, IN_STAGE}},
-                       moving_line = {1, 0, {0, 1, IN_STAGE}};
-    int n = sim->model->nspot;
-    place_in_step inside = sim->inside;
-    for (int i = 0; i < n; i++) {
-        mask on = mask_of(sim->mode[i]);
-        if (inside != AT_END && !any(on)) {
-            continue;
-        }
-        const site *s = &sim->site[i];
-#if STEIN_LANES == 1
-        if (s->pair.solid) {
-            stein__solid_forces(sim, i);
-            continue;
-        }
-#endif
-        if (inside == AT_END) {
-            spot_at_end(sim, i, on, shape_of(s));
-        } else if (inside == IN_STAGE && s->kind == ON_FIXED_LINE) {
-            spot_inside(sim, i, on, fixed_line);
-        } else if (inside == IN_STAGE && s->kind == ON_LINE) {
-            spot_inside(sim, i, on, moving_line);
-        } else {
-            shape is = shape_of(s);
-            is.of.inside = inside;
-            spot_inside(sim, i, on, is);
+    for (int i = 0; i < sim->model->nspot; i++) {
+        if (sim->site[i].pair.solid) {
+            if (!sim->mode[i]) {
+                stein__solid_forces(sim, i);
+            }
+        } else if (sim->inside == AT_END) {
+            look_at(sim, i);
+        } else if (sim->mode[i]) {
+            sim->spot[i] = (spot_force){.gap = sim->spot[i].gap};
         }
     }
 }
+
+/* a place that is on and not plain */
+static void press_one(stein_sim *sim, int i)
+{
+    const site *s = &sim->site[i];
+    if (s->pair.solid) {
+        stein__solid_forces(sim, i);
+    } else {
+        shape is = shape_of(s);
+        meeting m = meet(s, is);
+        is.of.inside = sim->inside;
+        press_at(sim, s, 1, &m, is);
+    }
+}
+
+/* plain ones, and at the end of a step what they did */
+static void press_group(stein_sim *sim, const stein__group *g)
+{
+    if (sim->inside == IN_STAGE) {
+        sim->abreast.press(g);
+        return;
+    }
+    stein__deed did;
+    sim->abreast.press_told(g, &did);
+    for (int k = 0; k < g->n; k++) {
+        const site *s = &sim->site[g->site[k]];
+        touch told = {.pair = &s->pair,
+                      .at = {did.at[0].of[k], did.at[1].of[k]},
+                      .n = {did.n[0].of[k], did.n[1].of[k]},
+                      .normal = did.normal.of[k],
+                      .depth = did.depth.of[k],
+                      .rate = did.rate.of[k],
+                      .speed = did.speed.of[k],
+                      .sum = s->sum};
+        stein__tell(sim, &told, did.slip.of[k], did.grip.of[k], did.tangent.of[k]);
+    }
+}
+
+void stein__site_forces(stein_sim *sim)
+{
+    const stein__group *g = sim->group;
+    if (sim->inside != IN_STAGE) {
+        stein__find_pressing(sim);
+    }
+    if (stein__tells(sim, sim->inside)) {
+        begin_spots(sim);
+    }
+    for (int k = 0; k < sim->npressing; k++) {
+        if (sim->pressing[k] < 0) {
+            press_group(sim, g++);
+        } else {
+            press_one(sim, sim->pressing[k]);
+        }
+    }
+}
+
+#else
+
+/* a place, whose forces are told nobody, and at the end of a step the guard of a spot */
+ALWAYS void meet_and_press(stein_sim *sim, int i, mask on, shape is)
+{
+    const site *s = &sim->site[i];
+    meeting m = meet(s, is);
+    if (sim->inside == AT_END && i < sim->model->nspot) {
+        sim->guard[i] = sel(is_lifted(sim, s->pair.index), same(-1.0), guard_of(s, &m, is));
+    }
+    if (any(on)) {
+        press_at(sim, s, on, &m, is);
+    }
+}
+
+INNER void stein__site_forces(stein_sim *sim)
+{
+    for (int i = 0; i < sim->nsite; i++) {
+        const site *s = &sim->site[i];
+        mask on = mask_of(sim->mode[s->guard]);
+        if (!any(on) && (sim->inside == IN_STAGE || i >= sim->model->nspot)) {
+            continue;
+        }
+        switch (s->kind) {
+        case ON_FIXED_LINE: meet_and_press(sim, i, on, fixed_line); break;
+        case ON_LINE: meet_and_press(sim, i, on, moving_line); break;
+        case ANY_SITE: meet_and_press(sim, i, on, shape_of(s)); break;
+        }
+    }
+}
+
+#endif
 
 INNER real stein__spot_guard(const stein_sim *sim, int i)
 {

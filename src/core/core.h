@@ -14,13 +14,14 @@
  *      space.c           contacts in space                status.c       errors
  *      handover.c        parameters from a thread         elementary.c   far and rare functions
  *      identity.c        one hash of all that computes    reaction.c     what joints transmit
+ *      abreast.c         places side by side in a register
  *
  *   with the types of real.h, compiled again for each number of lanes
  *      layout.c          memory                           contact.c      spots: where and how deep
  *      inputs.c          external signals                 notch.c        the notch and its memory
  *      forces.c          all other forces, qdd            touch.c        touching pairs, their laws
  *      trial.c           RK4, DP5                         table.c        laws given by points
- *      dense_output.c    within a trial step              laws.h, elementary.h  inline
+ *      dense_output.c    within a trial step              laws.h, elementary.h, plane.h  inline
  *
  *   of many, and of derivatives
  *      lanes.c           trial steps in lanes             tangent.c      derivatives of forces
@@ -39,7 +40,9 @@
 #ifndef STEIN_CORE_H
 #define STEIN_CORE_H
 
+#include "abreast.h"
 #include "laws.h"
+#include "plane.h"
 #include "stein/sim.h"
 
 #ifdef __FAST_MATH__
@@ -61,10 +64,6 @@ typedef real some;
 #endif
 enum { STEIN__SUMS = 4 * sizeof(some) / sizeof(real) };
 
-typedef struct vec2 {
-    real x, z;
-} vec2;
-
 /* of the last evaluation nothing, qdd alone, or all of it belongs to the current state */
 enum { STALE, KNOWN, FRESH };
 
@@ -79,11 +78,6 @@ typedef struct spot_force {
     real tangent;     /* [N], signed along the tangent */
     real depth, rate; /* of what touches deepest [m], [m/s]; depth <= 0: nothing touches */
 } spot_force;
-
-/** Wrench on a frame about its body's origin: force [N] and plane moment [N m]. */
-typedef struct wrench {
-    real x, z, m;
-} wrench;
 
 /** Two bodies that press on each other, and the laws of it: where they are in d and the poses. */
 typedef struct pair {
@@ -131,24 +125,29 @@ typedef struct limb {
     double sign;
 } limb;
 
-/** The most usual spots: a point on a line, both laws plain. */
-typedef enum site_kind { ANY_SPOT, ON_FIXED_LINE, ON_LINE } site_kind;
+/** The most usual places: a point on a line, both laws plain. */
+typedef enum site_kind { ANY_SITE, ON_FIXED_LINE, ON_LINE } site_kind;
 
 /** A joint with a law of its own: friction, damping, a spring, a limit. */
 typedef struct acting {
     const real *law;
     int joint, parts;
+    int plain;       /* 1: tanh, a spring and a preload are all there is to it */
     real inverse_vt; /* of its friction [s/rad or s/m] */
 } acting;
 
-/** A spot with its numbers. */
+/** A place where two bodies may press, with its numbers: a spot, or one of three of a notch. */
 typedef struct site {
     pair pair;
     site_kind kind;
+    int guard;         /* that switches it */
     int line;          /* 1: the second side is a line, 0: a circle */
     int round;         /* 1: the first side has a radius */
-    const real *a, *b; /* both sides */
+    int endless;       /* 1: a line without ends */
+    const real *a, *b; /* both sides of a spot */
+    vec2 at[2], n;     /* a point of each body; normal of a line on the second one */
     real reach;        /* where the deformation begins: both radii less the gap [m] */
+    spot_force *sum;   /* where its forces are told */
 } site;
 
 /** Fixed part of the state block; q, qd, rest, mode, phase, engaged, held, stick, anchor follow. */
@@ -247,12 +246,19 @@ struct stein_sim {
     real *slope;    /* of the points of all tables, behind each other */
     flag *table_on; /* [ntable] 1: not 0 everywhere */
     int ntable_on;
-    int *parent;    /* [nq] joint that the body of a joint hangs on, -1: none */
+    int *parent;  /* [nq] joint that the body of a joint hangs on, -1: none */
+    int *turning; /* [nturning] joints that turn */
+    int nturning;
     acting *acting; /* [nacting] joints whose law is not 0 */
     int nacting;
-    limb *limb;  /* [nframe] */
-    site *site;  /* [nspot] */
-    pair *catch; /* [nnotch] beak and catcher */
+    limb *limb; /* [nframe] */
+    site *site; /* [nsite] spots, then three a notch: tip, corner, face */
+    int nsite;
+    stein__abreast abreast; /* how plain sites are pressed */
+    int *pressing;          /* [npressing] what presses, in order: a site, or -1: the next group */
+    int npressing;          /* -1: not known */
+    stein__group *group;    /* [nsite] */
+    unsigned char *as_of;   /* [nguard] the modes that this belongs to */
 
     /* result of the last evaluation (stein__evaluate) */
     real *qdd;        /* [nq] */
@@ -268,7 +274,7 @@ struct stein_sim {
 
     /* workspace */
     stein_pose *pose; /* [nframe], and at -1 that of the fixed frame */
-    touch *touch;     /* [ntouch], up to nspot + 3*nnotch */
+    touch *touch;     /* [ntouch], up to nsite */
     int ntouch;
     real *slip, *grip;            /* u = v / vt of touches, then of acting joints, and its tanh */
     wrench *wrench;               /* [nframe], and at -1 what is not asked for */
@@ -411,44 +417,11 @@ double stein__spot_slid(const stein_sim *sim, int spot);
 /* rate of the speed of sliding of a touch of that spot with qdd = 0 [m/s^2] */
 double stein__spot_bias(const stein_sim *sim, int spot, const touch *t);
 #endif
-INNER void stein__spot_forces(stein_sim *sim);
-
-/* a direction of a body, and a point of it, in the fixed frame */
-static inline vec2 turn(const stein_pose *p, real x, real z)
-{
-    return (vec2){p->c * x - p->s * z, p->s * x + p->c * z};
-}
-
-static inline vec2 place(const stein_pose *p, real x, real z)
-{
-    return (vec2){p->x + p->c * x - p->s * z, p->z + p->s * x + p->c * z};
-}
-
-/* from a body's origin to a place of the fixed frame */
-static inline vec2 arm_to(const stein_pose *p, vec2 at)
-{
-    return (vec2){at.x - p->x, at.z - p->z};
-}
-
-/* velocity of the body's material there */
-static inline vec2 velocity_at(const stein_pose *p, vec2 arm)
-{
-    return (vec2){p->vx - p->w * arm.z, p->vz + p->w * arm.x};
-}
-
-/* at a place of the fixed frame */
-static inline vec2 velocity(const stein_pose *p, vec2 at)
-{
-    return velocity_at(p, arm_to(p, at));
-}
-
-/* a force at the end of an arm into the wrench of a body about its origin */
-static inline void push_at(wrench *w, vec2 arm, vec2 force)
-{
-    w->x += force.x;
-    w->z += force.z;
-    w->m += arm.x * force.z - arm.z * force.x;
-}
+INNER void stein__site_forces(stein_sim *sim);
+#if STEIN_LANES == 1
+/* what presses in the present modes */
+void stein__find_pressing(stein_sim *sim);
+#endif
 
 /* a force on a frame's body at a place of the fixed frame */
 static inline void apply(stein_sim *sim, int frame, vec2 at, vec2 force)
@@ -458,12 +431,11 @@ static inline void apply(stein_sim *sim, int frame, vec2 at, vec2 force)
 
 #if STEIN_LANES > 0
 /* sc at q */
-static inline void turn_joints(const stein_model *model, const real *q, real *sc)
+static inline void turn_joints(const stein_sim *sim, const real *q, real *sc)
 {
-    for (int j = 0; j < model->nq; j++) {
-        if (model->bodies[j].type == 'R') {
-            stein__sincos(q[j], &sc[2 * j], &sc[2 * j + 1]);
-        }
+    for (int k = 0; k < sim->nturning; k++) {
+        int j = sim->turning[k];
+        stein__sincos(q[j], &sc[2 * j], &sc[2 * j + 1]);
     }
 }
 #endif
@@ -482,17 +454,19 @@ static inline void copy(real *restrict to, const real *restrict from, int n)
 
 static inline void clear(real *x, int n)
 {
-    for (int j = 0; j + 1 < n; j += 2) {
-        x[j] = x[j + 1] = same(0.0);
+    int j = 0;
+    for (; j + 3 < n; j += 4) {
+        memset(x + j, 0, 4 * sizeof *x);
     }
-    if (n % 2 != 0) {
-        x[n - 1] = same(0.0);
+    for (; j < n; j++) {
+        x[j] = same(0.0);
     }
 }
 
 /* notch.c */
 INNER void stein__notch_guards(const stein_sim *sim, int notch, real *g, real *overlap);
-INNER void stein__notch_forces(stein_sim *sim);
+/* at the end of a step the guards of all notches; their forces begin at 0 */
+INNER void stein__notches_look(stein_sim *sim);
 unsigned char stein__notch_phase_after(const unsigned char *mode, int previous);
 
 /* forces.c: all forces at xq, xqd */

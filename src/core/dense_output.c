@@ -57,12 +57,12 @@ static void pose_at(stein_sim *sim, const real *q)
 {
     const stein_model *model = sim->model;
     if (model->nframe > 0) {
-        turn_joints(model, q, sim->sc);
+        turn_joints(sim, q, sim->sc);
         EQUATIONS(sim)->pose(q, sim->zero, sim->sc, sim->d, sim->pose);
     }
 #if STEIN_LANES == 1
     if (model->npose3 > 0) {
-        turn_joints(model, q, sim->sc);
+        turn_joints(sim, q, sim->sc);
         stein__place3(sim, q, sim->zero);
     }
 #endif

@@ -23,7 +23,7 @@ stein_status stein__evaluate(stein_sim *sim, double t, const double *q, const do
     const stein_model *model = sim->model;
     int nq = model->nq;
     stein__drive_from(sim, t, q, qd);
-    turn_joints(model, sim->xq, sim->sc);
+    turn_joints(sim, sim->xq, sim->sc);
     stein__forces(sim);
     if (sim->on_force != NULL) {
         sim->on_force(sim->force_ctx, t, sim->xq, sim->xqd, sim->Q);

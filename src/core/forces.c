@@ -9,7 +9,7 @@
  * and back.
  * Forces at points that leave the plane go through the generated Jacobians.
  */
-#include "core.h"
+#include "pair_force.h"
 
 /* The wrenches of the bodies to the joints, from the leaves to the root, in fixed axes. A plane
  * moment counted from +x towards +z is a moment about -y. */
@@ -102,6 +102,8 @@ static void link_forces(stein_sim *sim)
     }
 }
 
+enum { plain_parts = STEIN__RUBBING | STEIN__SPRUNG | STEIN__PRELOADED };
+
 INNER void stein__joints_prepare(stein_sim *sim)
 {
     sim->nacting = 0;
@@ -109,22 +111,21 @@ INNER void stein__joints_prepare(stein_sim *sim)
         const real *law = sim->d + sim->model->bodies[j].joint;
         int parts = stein__joint_parts(law);
         if (stein__joint_acts(parts)) {
-            sim->acting[sim->nacting++] =
-                (acting){law, j, parts, stein__inverse_vt(law + STEIN_JOINT_FRICTION)};
+            real inverse_vt = stein__inverse_vt(law + STEIN_JOINT_FRICTION);
+            int plain = (parts & ~plain_parts) == 0 && sim->hold.joint[j] < 0;
+            sim->acting[sim->nacting++] = (acting){law, j, parts, plain, inverse_vt};
         }
     }
 }
 
 /* of the k-th acting joint */
-static inline real joint_friction(stein_sim *sim, int k, real qd)
+ALWAYS real joint_friction(const stein_sim *sim, int k, real slip, real grip)
 {
-    const acting *a = &sim->acting[k];
-    real slip = qd * a->inverse_vt, grip = stein__tanh(slip);
 #if STEIN_LANES == 1
-    sim->slip[sim->ntouch + k] = slip;
-    sim->grip[sim->ntouch + k] = grip;
+    (void)slip, (void)grip;
     return stein__joint_mu(sim, k);
 #else
+    const acting *a = &sim->acting[k];
     return stein__mu(a->law + STEIN_JOINT_FRICTION, a->parts, slip, grip);
 #endif
 }
@@ -132,10 +133,21 @@ static inline real joint_friction(stein_sim *sim, int k, real qd)
 static void joint_forces(stein_sim *sim)
 {
     const stein_model *model = sim->model;
+    int tells = stein__tells(sim, sim->inside);
     for (int k = 0; k < sim->nacting; k++) {
         const acting *a = &sim->acting[k];
         real q = sim->xq[a->joint], qd = sim->xqd[a->joint];
-        sim->Q[a->joint] += stein__joint(a->law, a->parts, q, qd, joint_friction(sim, k, qd));
+        real slip = qd * a->inverse_vt, grip = stein__tanh(slip), *Q = &sim->Q[a->joint];
+        if (tells || (STEIN_LANES == 1 && !a->plain)) {
+            sim->slip[sim->ntouch + k] = slip;
+            sim->grip[sim->ntouch + k] = grip;
+        }
+        if (a->plain) {
+            real friction = a->law[STEIN_JOINT_FRICTION + STEIN_FRICTION_A] * grip;
+            *Q += stein__joint(a->law, a->parts & plain_parts, q, qd, friction);
+        } else {
+            *Q += stein__joint(a->law, a->parts, q, qd, joint_friction(sim, k, slip, grip));
+        }
     }
     for (int i = 0; i < model->nlimit; i++) {
         int j = model->limits[i].joint;
@@ -162,8 +174,10 @@ INNER void stein__forces(stein_sim *sim)
     }
 #endif
     sim->ntouch = 0;
-    stein__spot_forces(sim);
-    stein__notch_forces(sim);
+    if (sim->inside != IN_STAGE) {
+        stein__notches_look(sim);
+    }
+    stein__site_forces(sim);
 #if STEIN_LANES == 1
     if (sim->jacobians) {
         model->point(sim->xq, sim->xqd, sim->sc, sim->d, sim->px, sim->pv, sim->pJ, sim->pa);

@@ -29,7 +29,7 @@ INNER stein_status stein__evaluate(stein_sim *sim, real t, const real *q, const 
     if (sim->signals) {
         stein__drive(sim, t);
     }
-    turn_joints(sim->model, sim->xq, sim->sc);
+    turn_joints(sim, sim->xq, sim->sc);
     stein__forces(sim);
     sim->bad |= unsolved(stein__accelerate(sim, qdd));
     return STEIN_OK;

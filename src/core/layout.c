@@ -125,20 +125,25 @@ static void carve_all(stein_sim *s, arena *a, const stein_model *m)
     s->slope = reals(a, stein__table_points(m));
     s->table_on = carve(a, sizeof *s->table_on * (size_t)m->ntable);
     s->parent = carve(a, sizeof *s->parent * (size_t)nq);
+    s->turning = carve(a, sizeof *s->turning * (size_t)nq);
     s->acting = carve(a, sizeof *s->acting * (size_t)nq);
     s->limb = carve(a, sizeof *s->limb * (size_t)m->nframe);
-    s->site = carve(a, sizeof *s->site * (size_t)m->nspot);
-    s->catch = carve(a, sizeof *s->catch * (size_t)m->nnotch);
+    s->nsite = m->nspot + NOTCH_REGION * m->nnotch;
+    s->site = carve(a, sizeof *s->site * (size_t)s->nsite);
+#if STEIN_LANES == 1
+    s->pressing = carve(a, sizeof *s->pressing * (size_t)s->nsite);
+    s->group = carve(a, sizeof *s->group * (size_t)s->nsite);
+    s->as_of = carve(a, (size_t)s->nguard);
+#endif
     s->qdd = reals(a, nq);
     s->guard = reals(a, s->nswitch);
     s->spot = carve(a, sizeof *s->spot * (size_t)m->nspot);
     s->beak = carve(a, sizeof *s->beak * (size_t)m->nnotch);
     s->Q = reals(a, nq);
     s->pose = behind_first(a, sizeof *s->pose, m->nframe);
-    int ntouch = m->nspot + 3 * m->nnotch;
-    s->touch = carve(a, sizeof *s->touch * (size_t)ntouch);
-    s->slip = reals(a, ntouch + nq);
-    s->grip = reals(a, ntouch + nq);
+    s->touch = carve(a, sizeof *s->touch * (size_t)s->nsite);
+    s->slip = reals(a, s->nsite + nq);
+    s->grip = reals(a, s->nsite + nq);
     s->wrench = behind_first(a, sizeof *s->wrench, m->nframe);
     s->pose3 = behind_first(a, sizeof *s->pose3, m->npose3);
     s->wrench3 = behind_first(a, sizeof *s->wrench3, m->npose3);

@@ -31,7 +31,7 @@
  * -(E - C).n_v. At escapement the corner loses the beak at once, and the force drops to zero: the
  * step is cut exactly there.
  */
-#include "pair_force.h"
+#include "core.h"
 
 static inline real dot(vec2 a, vec2 b)
 {
@@ -100,50 +100,17 @@ INNER void stein__notch_guards(const stein_sim *sim, int i, real *guard, real *o
     *overlap = s;
 }
 
-/* its three points on lines, those that are on */
-ALWAYS void press_notch(stein_sim *sim, int i, const mask *on, stein__known known)
+INNER void stein__notches_look(stein_sim *sim)
 {
-    const stein_notch *notch = &sim->model->notches[i];
-    const pair *p = &sim->catch[i];
-    vec2 e = end_of(sim, notch), c = corner_of(sim, notch), r = {e.x - c.x, e.z - c.z};
-    real gap = p->normal[STEIN_NORMAL_GAP];
-    if (any(on[NOTCH_TIP])) {
-        vec2 n = roof_of(sim, notch);
-        stein__press(sim, p, on[NOTCH_TIP], e, n, -dot(r, n) - gap, &sim->beak[i], known);
-    }
-    if (any(on[NOTCH_CORNER])) {
-        vec2 n = down_of(sim, notch);
-        stein__press(sim, p, on[NOTCH_CORNER], c, n, -dot(r, n) - gap, &sim->beak[i], known);
-    }
-    if (any(on[NOTCH_FACE])) {
-        vec2 n = face_of(sim, notch);
-        stein__press(sim, p, on[NOTCH_FACE], e, n, -dot(r, n) - gap, &sim->beak[i], known);
-    }
-}
-
-INNER void stein__notch_forces(stein_sim *sim)
-{
-    place_in_step inside = sim->inside;
     for (int i = 0; i < sim->model->nnotch; i++) {
-        const flag *mode = modes_of(sim, i);
-        mask on[NOTCH_REGION] = {mask_of(mode[NOTCH_TIP]), mask_of(mode[NOTCH_CORNER]),
-                                 mask_of(mode[NOTCH_FACE])};
         spot_force *f = &sim->beak[i];
-        if (inside == AT_END) {
+        if (sim->inside == AT_END) {
             real *guard = sim->guard + sim->model->nspot + NOTCH_GUARDS * i;
             stein__notch_guards(sim, i, guard, &f->gap);
         }
-        if (stein__tells(sim, inside)) {
-            f->depth = f->normal = f->tangent = same(0.0);
-        }
-        if (!any(either(on[NOTCH_TIP], either(on[NOTCH_CORNER], on[NOTCH_FACE])))) {
-            continue;
-        }
-        if (inside == IN_STAGE && sim->catch[i].plain) {
-            press_notch(sim, i, on, (stein__known){.plain = 1, .inside = IN_STAGE});
-        } else {
-            press_notch(sim, i, on, (stein__known){.inside = inside});
-        }
+#if STEIN_LANES == 1
+        f->depth = f->normal = f->tangent = 0.0;
+#endif
     }
 }
 

@@ -189,7 +189,11 @@ static inline mask mask_from(unsigned bits)
 /* what holds in a lane becomes known */
 static inline void put_flag(flag *f, int lane, int holds)
 {
-    *f = mask_from((lanes_of(*f) & ~(1u << lane)) | (unsigned)(holds != 0) << lane);
+#if MASK_OF_BITS
+    *f = (mask)((*f & ~(1u << lane)) | (unsigned)(holds != 0) << lane);
+#else
+    (*f)[lane] = -(holds != 0);
+#endif
 }
 
 /* lanes in which equations could not be solved, as generated text says it */
@@ -218,6 +222,9 @@ static inline real sel(mask m, real yes, real no_)
     return (real)_mm512_mask_blend_pd(m, (__m512d)no_, (__m512d)yes);
 #elif defined __AVX2__ && STEIN_LANES == 4
     return (real)_mm256_blendv_pd((__m256d)no_, (__m256d)yes, (__m256d)m);
+#elif defined __SSE2__ && STEIN_LANES == 2
+    return (real)_mm_or_pd(_mm_and_pd((__m128d)m, (__m128d)yes),
+                           _mm_andnot_pd((__m128d)m, (__m128d)no_));
 #else
     return (real)((m & (mask)yes) | (~m & (mask)no_));
 #endif
@@ -271,6 +278,8 @@ static inline real only(mask wanted, real x)
 {
 #if MASK_OF_BITS
     return (real)_mm512_maskz_mov_pd(wanted, (__m512d)x);
+#elif defined __SSE2__ && STEIN_LANES == 2
+    return (real)_mm_and_pd((__m128d)wanted, (__m128d)x);
 #else
     return (real)(wanted & (mask)x);
 #endif

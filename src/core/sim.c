@@ -362,7 +362,11 @@ void stein_setup(const stein_model *model, const double *p, double *d)
 
 void stein_turn(const stein_model *model, const double *q, double *sc)
 {
-    turn_joints(model, q, sc);
+    for (int j = 0; j < model->nq; j++) {
+        if (model->bodies[j].type == 'R') {
+            stein__sincos(q[j], &sc[2 * j], &sc[2 * j + 1]);
+        }
+    }
 }
 
 /* sines and cosines of q, beside those of the state */

@@ -51,7 +51,7 @@ static inline int body_of(const stein_derivative *s, int frame)
 /* ---- one contact ---- */
 
 /* which body carries the normal; between two circles it turns with the line of their centres */
-typedef enum { OF_FIRST, OF_SECOND, BETWEEN } carrier;
+typedef enum { OF_SECOND, BETWEEN } carrier;
 
 /* one touch with the slopes of its laws */
 typedef struct contact {
@@ -103,7 +103,7 @@ static inline void move(const contact *c, const stein__step *j, double *pn, doub
         *th = c->distance > 0.0 ? across / c->distance : 0.0;
         *pn = j->first ? j->at.a : 0.0;
         *pt = (j->first ? -across : 0.0) + r * *th;
-    } else if (j->first == (c->carrier == OF_FIRST)) {
+    } else if (!j->first) {
         *th = w;
         *pt = r * w;
     } else {
@@ -183,33 +183,16 @@ static void add_touch(stein_derivative *s, int i, carrier by, double radius, dou
 
 /* ---- all of them ---- */
 
-static int add_spots(stein_derivative *s, double *Qq, double *Qqd)
+static void add_sites(stein_derivative *s, double *Qq, double *Qqd)
 {
     const stein_sim *sim = s->sim;
     int i = 0;
-    for (int k = 0; k < s->model->nspot; k++) {
+    for (int k = 0; k < sim->nsite; k++) {
         const site *at = &sim->site[k];
-        if (sim->mode[k]) {
-            double reach = at->a[STEIN_SHAPE_R] + at->b[STEIN_SHAPE_R];
-            double distance = reach - at->pair.normal[STEIN_NORMAL_GAP] - sim->touch[i].depth;
-            add_touch(s, i++, at->line ? OF_SECOND : BETWEEN, at->a[STEIN_SHAPE_R], distance, Qq,
-                      Qqd);
-        }
-    }
-    return i;
-}
-
-/* tip and face are lines of the catcher, at the corner it is the beak's */
-static void add_notches(stein_derivative *s, int i, double *Qq, double *Qqd)
-{
-    static const carrier by[NOTCH_REGION] = {
-        [NOTCH_TIP] = OF_SECOND, [NOTCH_CORNER] = OF_FIRST, [NOTCH_FACE] = OF_SECOND};
-    const unsigned char *mode = s->sim->mode + s->model->nspot;
-    for (int k = 0; k < s->model->nnotch; k++, mode += NOTCH_GUARDS) {
-        for (int place = 0; place < NOTCH_REGION; place++) {
-            if (mode[place]) {
-                add_touch(s, i++, by[place], 0.0, 0.0, Qq, Qqd);
-            }
+        if (sim->mode[at->guard]) {
+            double radius = at->round ? at->a[STEIN_SHAPE_R] : 0.0;
+            double distance = at->line ? 0.0 : at->reach - sim->touch[i].depth;
+            add_touch(s, i++, at->line ? OF_SECOND : BETWEEN, radius, distance, Qq, Qqd);
         }
     }
 }
@@ -241,7 +224,7 @@ int stein__touch_slopes(stein_derivative *s, double *Qq, double *Qqd)
     memset(Qq, 0, sizeof *Qq * (size_t)(n * n));
     memset(Qqd, 0, sizeof *Qqd * (size_t)(n * n));
     find_twists(s);
-    add_notches(s, add_spots(s, Qq, Qqd), Qq, Qqd);
+    add_sites(s, Qq, Qqd);
     add_joints(s, Qq, Qqd);
     return 1;
 }

@@ -4,10 +4,62 @@
  */
 #include "core.h"
 
+#if STEIN_WIDEST == 8
+#include "lane.h"
+#endif
+
+static site site_of_spot(stein_sim *sim, int i)
+{
+    const real *d = sim->d;
+    const stein_spot *spot = &sim->model->spots[i];
+    const stein_contact *contact = &sim->model->contacts[spot->contact];
+    const stein_shape *side = spot->side;
+    return (site){.pair = {.index = spot->contact,
+                           .solid = side[0].kind == STEIN_SPHERE,
+                           .frame = {side[0].frame, side[1].frame},
+                           .normal = d + contact->normal,
+                           .friction = d + contact->friction,
+                           .stick = -1},
+                  .guard = i,
+                  .line = side[1].kind == STEIN_LINE,
+                  .a = d + side[0].d,
+                  .b = d + side[1].d,
+                  .sum = &sim->spot[i]};
+}
+
+/* i: of all places of all notches */
+static site site_of_notch(stein_sim *sim, int i)
+{
+    int k = i / NOTCH_REGION, place = i % NOTCH_REGION;
+    const stein_notch *notch = &sim->model->notches[k];
+    int is_corner = place == NOTCH_CORNER; // that of the catcher, on a line of the beak
+    return (site){.pair = {.index = sim->model->ncontact + k,
+                           .frame = {is_corner ? notch->catcher : notch->beak,
+                                     is_corner ? notch->beak : notch->catcher},
+                           .normal = sim->d + notch->normal,
+                           .friction = sim->d + notch->friction,
+                           .stick = -1},
+                  .guard = sim->model->nspot + NOTCH_GUARDS * k + place,
+                  .line = 1,
+                  .sum = &sim->beak[k]};
+}
+
+#if STEIN_LANES == 1
+static stein__abreast widest(void)
+{
+    stein__abreast two = {2, stein__press2, stein__press2_told};
+#if STEIN_WIDEST == 8
+    stein__abreast four = {4, stein__press4, stein__press4_told};
+    return stein__processor_lanes() >= 4 ? four : two;
+#else
+    return two;
+#endif
+}
+#endif
+
 INNER void stein__gather(stein_sim *sim)
 {
     const stein_model *model = sim->model;
-    const real *d = sim->d;
     for (int i = 0; i < model->nframe; i++) {
         const stein_frame *frame = &model->frames[i];
         const stein_body *body = &model->bodies[frame->body];
@@ -24,29 +76,19 @@ INNER void stein__gather(stein_sim *sim)
                               .sign = body->sign};
     }
     for (int i = 0; i < model->nspot; i++) {
-        const stein_spot *spot = &model->spots[i];
-        const stein_contact *contact = &model->contacts[spot->contact];
-        const stein_shape *side = spot->side;
-        sim->site[i] = (site){.pair = {.index = spot->contact,
-                                       .solid = side[0].kind == STEIN_SPHERE,
-                                       .frame = {side[0].frame, side[1].frame},
-                                       .normal = d + contact->normal,
-                                       .friction = d + contact->friction,
-                                       .stick = -1},
-                              .line = side[1].kind == STEIN_LINE,
-                              .a = d + side[0].d,
-                              .b = d + side[1].d};
+        sim->site[i] = site_of_spot(sim, i);
     }
-    for (int i = 0; i < model->nnotch; i++) {
-        const stein_notch *notch = &model->notches[i];
-        sim->catch[i] = (pair){.index = model->ncontact + i,
-                               .frame = {notch->beak, notch->catcher},
-                               .normal = d + notch->normal,
-                               .friction = d + notch->friction,
-                               .stick = -1};
+    for (int i = model->nspot; i < sim->nsite; i++) {
+        sim->site[i] = site_of_notch(sim, i - model->nspot);
     }
+#if STEIN_LANES == 1
+    sim->abreast = widest();
+#endif
     for (int j = 0; j < model->nq; j++) {
         sim->hold.joint[j] = -1;
+        if (model->bodies[j].type == 'R') {
+            sim->turning[sim->nturning++] = j;
+        }
     }
     for (int k = 0; k < model->nstick; k++) {
         const stein_stick *stick = &model->sticks[k];
@@ -70,19 +112,113 @@ static void prepare_pair(stein_sim *sim, pair *p)
     }
 }
 
-INNER void stein__pairs_prepare(stein_sim *sim)
+static void prepare_spot(site *s)
 {
-    for (int i = 0; i < sim->model->nspot; i++) {
-        site *s = &sim->site[i];
-        prepare_pair(sim, &s->pair);
-        int r = s->pair.solid ? (int)STEIN_SOLID_R : (int)STEIN_SHAPE_R;
-        s->round = any(differ(s->a[r], 0.0));
-        s->kind = !s->pair.plain || !s->line || s->round ? ANY_SPOT
-                  : s->pair.frame[1] < 0                 ? ON_FIXED_LINE
-                                                         : ON_LINE;
-        s->reach = s->a[r] + s->b[r] - s->pair.normal[STEIN_NORMAL_GAP];
-    }
-    for (int i = 0; i < sim->model->nnotch; i++) {
-        prepare_pair(sim, &sim->catch[i]);
+    const real *a = s->a, *b = s->b;
+    int r = s->pair.solid ? (int)STEIN_SOLID_R : (int)STEIN_SHAPE_R;
+    s->round = any(differ(a[r], 0.0));
+    s->reach = a[r] + b[r] - s->pair.normal[STEIN_NORMAL_GAP];
+    if (!s->pair.solid) {
+        s->at[0] = (vec2){a[STEIN_SHAPE_X], a[STEIN_SHAPE_Z]};
+        s->at[1] = (vec2){b[STEIN_SHAPE_X], b[STEIN_SHAPE_Z]};
+        s->n = (vec2){b[STEIN_SHAPE_NX], b[STEIN_SHAPE_NZ]};
+        s->endless = s->line && !any(differ(b[STEIN_SHAPE_LO], -HUGE_VAL)) &&
+                     !any(differ(b[STEIN_SHAPE_HI], HUGE_VAL));
     }
 }
+
+/* Outward normals of the second body: the roof looks down (r turned by +90), the face looks right
+ * (v turned by -90). The corner is on the upper face of the beak. */
+static void prepare_notch(site *s, const real *d, int place)
+{
+    vec2 beak = {d[STEIN_NOTCH_EX], d[STEIN_NOTCH_EZ]};
+    vec2 corner = {d[STEIN_NOTCH_CX], d[STEIN_NOTCH_CZ]};
+    vec2 roof = {-d[STEIN_NOTCH_RZ], d[STEIN_NOTCH_RX]};
+    vec2 face = {d[STEIN_NOTCH_VZ], -d[STEIN_NOTCH_VX]};
+    vec2 up = {-d[STEIN_NOTCH_BZ], d[STEIN_NOTCH_BX]};
+    s->reach = -s->pair.normal[STEIN_NORMAL_GAP];
+    s->at[0] = place == NOTCH_CORNER ? corner : beak;
+    s->at[1] = place == NOTCH_CORNER ? beak : corner;
+    s->n = place == NOTCH_TIP ? roof : place == NOTCH_CORNER ? up : face;
+}
+
+INNER void stein__pairs_prepare(stein_sim *sim)
+{
+    int nspot = sim->model->nspot;
+    sim->npressing = -1;
+    for (int i = 0; i < sim->nsite; i++) {
+        site *s = &sim->site[i];
+        prepare_pair(sim, &s->pair);
+        if (i < nspot) {
+            prepare_spot(s);
+        } else {
+            const stein_notch *notch = &sim->model->notches[(i - nspot) / NOTCH_REGION];
+            prepare_notch(s, sim->d + notch->d, (i - nspot) % NOTCH_REGION);
+        }
+        s->kind = !s->pair.plain || !s->line || s->round ? ANY_SITE
+                  : s->pair.frame[1] < 0                 ? ON_FIXED_LINE
+                                                         : ON_LINE;
+    }
+}
+
+#if STEIN_LANES == 1
+
+/* a site as place k of a group, and of what is left of it */
+static void put_abreast(stein__group *g, int k, const site *s)
+{
+    const pair *p = &s->pair;
+    for (; k < STEIN__MOST_ABREAST; k++) {
+        for (int side = 0; side < 2; side++) {
+            g->at[2 * side].of[k] = s->at[side].x;
+            g->at[2 * side + 1].of[k] = s->at[side].z;
+            g->pose[k][side] = &p->pose[side]->x;
+            g->wrench[k][side] = p->frame[side] < 0 ? NULL : &p->wrench[side]->x;
+        }
+        g->line[0].of[k] = s->n.x;
+        g->line[1].of[k] = s->n.z;
+        g->reach.of[k] = s->reach;
+        for (int i = 0; i < STEIN_NORMAL_SIZE; i++) {
+            g->normal[i].of[k] = p->normal[i];
+        }
+        g->level.of[k] = p->friction[STEIN_FRICTION_A];
+        g->inverse_vt.of[k] = p->inverse_vt;
+    }
+}
+
+/* Plain sites that follow each other are a group: forces are summed in the order of sites. */
+static void list_pressing(stein_sim *sim)
+{
+    stein__group *g = sim->group - 1;
+    int room = 0;
+    sim->npressing = 0;
+    for (int i = 0; i < sim->nsite; i++) {
+        const site *s = &sim->site[i];
+        if (!sim->mode[s->guard]) {
+            continue;
+        }
+        if (s->kind == ANY_SITE) {
+            sim->pressing[sim->npressing++] = i;
+            room = 0;
+            continue;
+        }
+        if (room == 0) {
+            sim->pressing[sim->npressing++] = -1;
+            room = sim->abreast.most;
+            (++g)->n = 0;
+        }
+        put_abreast(g, g->n, s);
+        g->site[g->n++] = i;
+        room--;
+    }
+}
+
+void stein__find_pressing(stein_sim *sim)
+{
+    size_t n = (size_t)sim->nguard;
+    if (sim->npressing < 0 || memcmp(sim->as_of, sim->mode, n) != 0) {
+        memcpy(sim->as_of, sim->mode, n);
+        list_pressing(sim);
+    }
+}
+
+#endif

@@ -185,6 +185,9 @@ INNER stein_status stein__trial(stein_sim *sim, real t, real h, stein_err *err)
     copy(sim->qd0, sim->qd, nq);
     copy(sim->qdd0, sim->qdd, nq);
     copy(sim->k, sim->qd, nq);
+#if STEIN_LANES == 1
+    stein__find_pressing(sim);
+#endif
     sim->inside = IN_STAGE;
     for (int i = 1; status == STEIN_OK && i < rk->stages; i++) {
         combine(sim, rk->a[i], i, h, sim->y0, sim->x);

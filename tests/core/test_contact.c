@@ -8,6 +8,10 @@
 #include <gsl/gsl_integration.h>
 #include <gsl/gsl_roots.h>
 
+#include "abreast.h"
+#include "functions.h"
+#include "lane.h"
+#include "stein/law.h"
 #include "support.h"
 
 typedef struct log {
@@ -277,6 +281,107 @@ START_TEST(two_equal_balls_exchange_their_speeds)
 }
 END_TEST
 
+/* four points on lines between two poses each, and what they press into */
+typedef struct four {
+    stein__group group;
+    double pose[4][2][7], wrench[4][2][3];
+    stein__deed did;
+} four;
+
+static double between(uint64_t *seed, double from, double to)
+{
+    *seed = *seed * 6364136223846793005u + 1442695040888963407u;
+    return from + (to - from) * (double)(*seed >> 11) * 0x1p-53;
+}
+
+enum {
+    NUMBERS = offsetof(stein__group, pose) / sizeof(stein__each),
+    DEEDS = sizeof(stein__deed) / sizeof(stein__each)
+};
+
+/* the numbers of a group or a deed, which are all of one type */
+static stein__each *all(void *numbers)
+{
+    return numbers;
+}
+
+static void draw(four *f, uint64_t *seed)
+{
+    memset(f, 0, sizeof *f);
+    for (int k = 0; k < 4; k++) {
+        for (int i = 0; i < NUMBERS; i++) {
+            all(&f->group)[i].of[k] = between(seed, -1.0, 1.0);
+        }
+        f->group.inverse_vt.of[k] = between(seed, 0.0, 30.0); // near and far of tanh
+        f->group.reach.of[k] = between(seed, -0.5, 3.0);
+        for (int side = 0; side < 2; side++) {
+            for (int i = 0; i < 7; i++) {
+                f->pose[k][side][i] = between(seed, -1.0, 1.0);
+            }
+        }
+    }
+}
+
+/* a group of `n` of them, from the one `first` on */
+static void press(void (*by)(const stein__group *, stein__deed *), four *f, int first, int n)
+{
+    stein__group g = f->group;
+    stein__deed did;
+    for (int k = 0; k < 4; k++) {
+        int from = first + (k < n ? k : n - 1);
+        for (int i = 0; i < NUMBERS; i++) {
+            all(&g)[i].of[k] = all(&f->group)[i].of[from];
+        }
+        for (int side = 0; side < 2; side++) {
+            g.pose[k][side] = f->pose[from][side];
+            g.wrench[k][side] = f->wrench[from][side];
+        }
+    }
+    g.n = n;
+    by(&g, &did);
+    for (int k = 0; k < n; k++) {
+        for (int i = 0; i < DEEDS; i++) {
+            all(&f->did)[i].of[first + k] = all(&did)[i].of[k];
+        }
+    }
+}
+
+START_TEST(places_side_by_side_have_the_bits_of_each_alone)
+{
+    uint64_t seed = 1788;
+    int pressing = 0;
+    for (int n = 0; n < 500; n++) {
+        four alone, two, wide;
+        draw(&alone, &seed);
+        two = wide = alone;
+        for (int k = 0; k < 4; k++) {
+            double law[STEIN_NORMAL_SIZE] = {0.0};
+            press(stein__press2_told, &alone, k, 1);
+            for (int i = STEIN_NORMAL_A; i <= STEIN_NORMAL_D; i++) {
+                law[i] = alone.group.normal[i].of[k];
+            }
+            law[STEIN_NORMAL_PRELOAD] = alone.group.normal[STEIN_NORMAL_PRELOAD].of[k];
+            double depth = alone.did.depth.of[k], rate = alone.did.rate.of[k];
+            ck_assert(alone.did.normal.of[k] == stein_normal_force(law, depth, rate));
+            ck_assert(alone.did.grip.of[k] == stein__tanh_of(alone.did.slip.of[k]));
+            pressing += alone.did.normal.of[k] > 0.0;
+        }
+        press(stein__press2_told, &two, 0, 2);
+        press(stein__press2_told, &two, 2, 2);
+        ck_assert_mem_eq(two.wrench, alone.wrench, sizeof alone.wrench);
+        ck_assert_mem_eq(&two.did, &alone.did, sizeof alone.did);
+#if STEIN_WIDEST == 8
+        if (stein__processor_lanes() >= 4) {
+            press(stein__press4_told, &wide, 0, 4);
+            ck_assert_mem_eq(wide.wrench, alone.wrench, sizeof alone.wrench);
+            ck_assert_mem_eq(&wide.did, &alone.did, sizeof alone.did);
+        }
+#endif
+    }
+    ck_assert_int_gt(pressing, 500); // of 2000
+}
+END_TEST
+
 Suite *contact_suite(void)
 {
     Suite *suite = suite_create("contact");
@@ -291,6 +396,7 @@ Suite *contact_suite(void)
     tcase_add_test(tc, a_block_sticks_on_a_slope_below_the_angle_of_friction);
     tcase_add_test(tc, a_block_slides_with_the_acceleration_of_coulomb);
     tcase_add_test(tc, two_equal_balls_exchange_their_speeds);
+    tcase_add_test(tc, places_side_by_side_have_the_bits_of_each_alone);
     suite_add_tcase(suite, tc);
     return suite;
 }

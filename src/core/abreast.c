@@ -1,0 +1,133 @@
+/* SPDX-License-Identifier: MIT
+ * abreast.c - places of one simulation side by side in a register: depth, speeds, laws and forces
+ * as contact.c and pair_force.h have them, operation by operation, so with the same bits.
+ * Two of them on every processor. Where a library is for processors with AVX2 as well, this file is
+ * compiled once more, for four.
+ */
+#ifndef STEIN_LANES
+#define STEIN_LANES 2
+#endif
+
+#include "abreast.h"
+
+#include "laws.h"
+#include "plane.h"
+
+/* a register in memory that is aligned as two doubles are */
+typedef double stored __attribute__((vector_size(8 * STEIN_LANES), aligned(16), may_alias));
+
+static inline real number(const stein__each *from)
+{
+    return *(const stored *)from;
+}
+
+static inline void put(stein__each *to, real x)
+{
+    *(stored *)to = x;
+}
+
+/* a number of a pose of each place */
+static inline real gather(const stein__group *g, int body, int i)
+{
+#if STEIN_LANES == 2
+    return (real){g->pose[0][body][i], g->pose[1][body][i]};
+#else
+    return (real){g->pose[0][body][i], g->pose[1][body][i], g->pose[2][body][i],
+                  g->pose[3][body][i]};
+#endif
+}
+
+static inline stein_pose poses(const stein__group *g, int body)
+{
+    return (stein_pose){gather(g, body, 0), gather(g, body, 1), gather(g, body, 2),
+                        gather(g, body, 3), gather(g, body, 4), gather(g, body, 5),
+                        gather(g, body, 6)};
+}
+
+/* a force at the ends of two arms into the wrenches of place k, of the second body the opposite */
+ALWAYS void push(const stein__group *g, int k, vec2 force, real moment, real moment1)
+{
+    double *w = g->wrench[k][0], *w1 = g->wrench[k][1];
+    w[0] += force.x[k];
+    w[1] += force.z[k];
+    w[2] += moment[k];
+    if (w1 != NULL) {
+        w1[0] -= force.x[k];
+        w1[1] -= force.z[k];
+        w1[2] -= moment1[k];
+    }
+}
+
+/* the normal force of a polynomial with damping */
+static inline real plain_normal(const stein__each *of, real depth, real rate)
+{
+    real law[STEIN_NORMAL_SIZE];
+    law[STEIN_NORMAL_A] = number(&of[STEIN_NORMAL_A]);
+    law[STEIN_NORMAL_B] = number(&of[STEIN_NORMAL_B]);
+    law[STEIN_NORMAL_C] = number(&of[STEIN_NORMAL_C]);
+    law[STEIN_NORMAL_D] = number(&of[STEIN_NORMAL_D]);
+    law[STEIN_NORMAL_PRELOAD] = number(&of[STEIN_NORMAL_PRELOAD]);
+    return stein__normal(law, 0, depth, rate);
+}
+
+ALWAYS void press(const stein__group *g, stein__deed *deed)
+{
+    stein_pose a = poses(g, 0), b = poses(g, 1);
+    vec2 at = place(&a, number(&g->at[0]), number(&g->at[1]));
+    vec2 foot = place(&b, number(&g->at[2]), number(&g->at[3]));
+    vec2 n = turn(&b, number(&g->line[0]), number(&g->line[1]));
+    real depth = number(&g->reach) - ((at.x - foot.x) * n.x + (at.z - foot.z) * n.z);
+
+    vec2 arm = arm_to(&a, at), arm1 = arm_to(&b, at);
+    vec2 va = velocity_at(&a, arm), vb = velocity_at(&b, arm1), v = {va.x - vb.x, va.z - vb.z};
+    real rate = -(v.x * n.x + v.z * n.z), speed = v.x * n.z - v.z * n.x;
+    real slip = speed * number(&g->inverse_vt), grip = stein__tanh(slip);
+
+    real normal = plain_normal(g->normal, depth, rate);
+    real tangent = only(more(normal, 0.0), -normal * (number(&g->level) * grip));
+    vec2 force = {normal * n.x + tangent * n.z, normal * n.z - tangent * n.x};
+    real moment = arm.x * force.z - arm.z * force.x, moment1 = arm1.x * force.z - arm1.z * force.x;
+    push(g, 0, force, moment, moment1);
+    if (g->n > 1) {
+        push(g, 1, force, moment, moment1);
+    }
+#if STEIN_LANES > 2
+    if (g->n > 2) {
+        push(g, 2, force, moment, moment1);
+    }
+    if (g->n > 3) {
+        push(g, 3, force, moment, moment1);
+    }
+#endif
+    if (deed != NULL) {
+        put(&deed->at[0], at.x);
+        put(&deed->at[1], at.z);
+        put(&deed->n[0], n.x);
+        put(&deed->n[1], n.z);
+        put(&deed->depth, depth);
+        put(&deed->rate, rate);
+        put(&deed->speed, speed);
+        put(&deed->slip, slip);
+        put(&deed->grip, grip);
+        put(&deed->normal, normal);
+        put(&deed->tangent, tangent);
+    }
+}
+
+#if STEIN_LANES == 2
+#define PRESS      stein__press2
+#define PRESS_TOLD stein__press2_told
+#else
+#define PRESS      stein__press4
+#define PRESS_TOLD stein__press4_told
+#endif
+
+void PRESS(const stein__group *g)
+{
+    press(g, NULL);
+}
+
+void PRESS_TOLD(const stein__group *g, stein__deed *deed)
+{
+    press(g, deed);
+}

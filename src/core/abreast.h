@@ -1,0 +1,51 @@
+/* SPDX-License-Identifier: MIT
+ * abreast.h - places of one simulation, pressed side by side: plain numbers only, so that files
+ * whose reals are doubles can meet here those whose reals are several of them.
+ * Included by: this folder.
+ */
+#ifndef STEIN_ABREAST_H
+#define STEIN_ABREAST_H
+
+#include "stein/model.h"
+
+enum { STEIN__MOST_ABREAST = 4 };
+
+/** A number of each place. */
+typedef struct stein__each {
+    double of[STEIN__MOST_ABREAST];
+} __attribute__((aligned(16))) stein__each;
+
+/** Points on lines whose laws are plain, in numbers that follow from parameters alone. Where there
+ *  are fewer than side by side, the last one is there again. */
+typedef struct stein__group {
+    stein__each at[4];                     /* x, z of a point of each body: the point, the line */
+    stein__each line[2];                   /* normal of the line, on the second body */
+    stein__each reach;                     /* see site */
+    stein__each normal[STEIN_NORMAL_SIZE]; /* law */
+    stein__each level, inverse_vt;         /* of the friction */
+    const double *pose[STEIN__MOST_ABREAST][2]; /* [place][body], in the order of stein_pose */
+    double *wrench[STEIN__MOST_ABREAST][2];     /* x, z, m; NULL: not asked for */
+    int site[STEIN__MOST_ABREAST];
+    int n; /* of places */
+} stein__group;
+
+/** What they did, as a touch has it. */
+typedef struct stein__deed {
+    stein__each at[2], n[2]; /* x, z */
+    stein__each depth, rate, speed, slip, grip, normal, tangent;
+} stein__deed;
+
+/** Code for so many places. */
+typedef struct stein__abreast {
+    int most;
+    void (*press)(const stein__group *g);
+    void (*press_told)(const stein__group *g, stein__deed *deed);
+} stein__abreast;
+
+/** The forces of two, four places into their wrenches, in order; and what they did. */
+void stein__press2(const stein__group *g);
+void stein__press2_told(const stein__group *g, stein__deed *deed);
+void stein__press4(const stein__group *g);
+void stein__press4_told(const stein__group *g, stein__deed *deed);
+
+#endif
