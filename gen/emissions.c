@@ -102,7 +102,7 @@ static void target_energy(const tree *t, int i, char out[64])
     snprintf(out, 64, "e[%d]", i);
 }
 
-/** Functions of derivatives: it also exists in lanes. */
+/** Functions that derivatives need. They exist in lanes, too. */
 static void emit_rates(text *x, const tree *t, const layout *l, const funcs *f)
 {
     static const emission unloaded = {

@@ -23,7 +23,8 @@ typedef struct stein_sim stein_sim;
 typedef struct stein_sim_def {
     stein_integrator integrator;             /* how a step is made */
     double dt;                               /* step [s], > 0 */
-    void *(*alloc)(void *ctx, size_t size);  /* default malloc; size is never 0 */
+    void *(*alloc)(void *ctx, size_t size);  /* default malloc; size is never 0; the block begins at
+                                                a multiple of 16 bytes */
     void (*release)(void *ctx, void *block); /* default free */
     void *ctx;                               /* passed to both */
 } stein_sim_def;
@@ -189,7 +190,8 @@ stein_status stein_read_name(stein_sim *sim, const char *name, double *value, st
 /** Is a reading determined by the motion in the present state? Not where conditions of loops and
  *  couplings are redundant and it is a reaction in which their forces have a part, nor where
  * several contacts hold the same by friction that sticks and it is the friction of one, or a
- * reaction: then it is one of many that are possible.  @return 1: yes, or no such channel; 0: no */
+ * reaction: then it is one of many that are possible.
+ *  @return 1: yes, or no such channel; 0: no, or the state has no accelerations */
 int stein_is_determined(stein_sim *sim, int channel);
 
 /* ---- state as a flat block ---- */

@@ -281,7 +281,7 @@ static void print_findings(findings *f)
         free(f->item[i].text);
     }
     if (f->more > 0) {
-        fprintf(stderr, "%d findings more, all of them are in the report\n", f->more);
+        fprintf(stderr, "%d findings more, all of them are in diagnosis.json\n", f->more);
     }
 }
 

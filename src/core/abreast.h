@@ -15,8 +15,8 @@ typedef struct stein__each {
     double of[STEIN__MOST_ABREAST];
 } __attribute__((aligned(16))) stein__each;
 
-/** Points on lines whose laws are plain, in numbers that follow from parameters alone. Where there
- *  are fewer than side by side, the last one is there again. */
+/** Points on lines whose laws are plain: their numbers, and where their poses and wrenches are.
+ *  Where there are fewer places than side by side, the last one is there again. */
 typedef struct stein__group {
     stein__each at[4];                     /* x, z of a point of each body: the point, the line */
     stein__each line[2];                   /* normal of the line, on the second body */
@@ -29,7 +29,7 @@ typedef struct stein__group {
     int n; /* of places */
 } stein__group;
 
-/** What they did, as a touch has it. */
+/** Results at each place, in the words of touch (core.h). */
 typedef struct stein__deed {
     stein__each at[2], n[2]; /* x, z */
     stein__each depth, rate, speed, slip, grip, normal, tangent;

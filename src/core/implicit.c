@@ -137,7 +137,7 @@ static stein_status differences(stein_sim *sim, int k, double h, double *slope, 
     double y = k < n ? sim->q0[k] : sim->qd0[k - n], length = (y + h) - (y - h); // as rounded
     stein_status status = look(sim, k, h, s->ahead, err);
     status = status == STEIN_OK ? look(sim, k, -h, s->behind, err) : status;
-    for (int i = 0; i < n; i++) {
+    for (int i = 0; i < n && status == STEIN_OK; i++) {
         slope[i] = (s->ahead[i] - s->behind[i]) / length;
         bend[i] = ((s->ahead[i] - s->at[i]) - (s->at[i] - s->behind[i])) / h;
     }
@@ -157,11 +157,14 @@ static stein_status derive_column(stein_sim *sim, int k, double size, stein_err 
         s->off[i] = INFINITY;
         to[i * n + j] = 0.0;
     }
-    for (int level = 0; level < LEVELS && status == STEIN_OK; level++, h *= shorter) {
+    int found = 0; // a length at whose ends there is a motion: a long one may lead beyond a limit
+    for (int level = 0; level < LEVELS; level++, h *= shorter) {
+        status = STEIN_OK;
         for (int half = 0; half < 2 && status == STEIN_OK; half++) {
             status = differences(sim, k, half ? 0.5 * h : h, s->slope[half], s->bend[half], err);
         }
-        for (int i = 0; i < n; i++) {
+        found |= status == STEIN_OK;
+        for (int i = 0; i < n && status == STEIN_OK; i++) {
             double off = fabs(s->slope[1][i] - s->slope[0][i]) +
                          fabs(2.0 * s->bend[1][i] - s->bend[0][i]) + rounding * size / h;
             if (off < s->off[i]) {
@@ -170,7 +173,7 @@ static stein_status derive_column(stein_sim *sim, int k, double size, stein_err 
             }
         }
     }
-    return status;
+    return found ? STEIN_OK : status;
 }
 
 static stein_status derive_by_differences(stein_sim *sim, stein_err *err)

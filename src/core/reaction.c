@@ -576,15 +576,18 @@ int stein_is_determined(stein_sim *sim, int channel)
     const stein_model *m = sim->model;
     int known = channel >= 0 && channel < m->nchannel, i = known ? m->channels[channel].index : 0;
     int read = known ? (int)m->channels[channel].read : STEIN_READ_TIME;
+    int is_reaction = read == STEIN_READ_REACTION,
+        asked = is_reaction || read == STEIN_READ_TANGENT;
     double value[2] = {0.0, 0.0}, slack = 1.0;
-    if (m->nstick > 0 && (read == STEIN_READ_TANGENT || read == STEIN_READ_REACTION) &&
-        stein__refresh(sim, NULL) == STEIN_OK &&
-        stein__stick_shares(sim, read == STEIN_READ_TANGENT ? i : -1)) {
+    if (asked && stein__refresh(sim, NULL) != STEIN_OK) {
         return 0;
     }
-    for (int with = 0; read == STEIN_READ_REACTION && m->nloop > 0 && with < 2; with++) {
+    if (asked && m->nstick > 0 && stein__stick_shares(sim, is_reaction ? -1 : i)) {
+        return 0;
+    }
+    for (int with = 0; is_reaction && m->nloop > 0 && with < 2; with++) {
         if (stein__refresh(sim, NULL) != STEIN_OK) {
-            return 1;
+            return 0;
         }
         value[with] = reaction(sim, i, with ? slack : 0.0);
         slack += fabs(value[0]);

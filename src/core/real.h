@@ -27,7 +27,7 @@
 
 #include "stein/model.h"
 
-#if STEIN_LANES > 1 && defined __x86_64__
+#if STEIN_LANES > 1 && defined __SSE2__
 #include <immintrin.h>
 #endif
 

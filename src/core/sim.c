@@ -8,6 +8,8 @@
 #include "core.h"
 #include "elementary.h"
 
+enum { ALIGNED = 16 }; /* bytes, of what is worked out side by side (abreast.h) */
+
 static void *default_alloc(void *ctx, size_t size)
 {
     (void)ctx;
@@ -95,6 +97,12 @@ stein_status stein_sim_create(stein_sim **out, const stein_model *model, const s
     if (sim == NULL) {
         return stein__fail(err, STEIN_ENOMEM, "out of memory for a simulation of \"%s\"",
                            model->name);
+    }
+    if ((uintptr_t)sim % ALIGNED != 0) {
+        own.release(own.ctx, sim);
+        return stein__fail(err, STEIN_EINVAL,
+                           "alloc returned a block that does not begin at a multiple of %d bytes",
+                           ALIGNED);
     }
     memset(sim, 0, size);
     sim->model = model;

@@ -274,6 +274,7 @@ stein_status stein__try(stein_sim *sim, double h, int implicit, stein_err *err)
     if (implicit) {
         status = sim->implicit->trial(sim, h, err);
         implicit = sim->loop.narrow > singular;
+        sim->counts.refused = implicit ? sim->counts.refused : "loops are near a singular position";
     }
     if (!implicit) {
         status = stein__trial(sim, sim->head->t, h, err);

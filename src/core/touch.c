@@ -163,7 +163,7 @@ INNER void stein__pairs_prepare(stein_sim *sim)
 
 #if STEIN_LANES == 1
 
-/* a site as place k of a group, and of what is left of it */
+/* a site as place k of a group, and in the unused places behind it */
 static void put_abreast(stein__group *g, int k, const site *s)
 {
     const pair *p = &s->pair;
@@ -172,7 +172,8 @@ static void put_abreast(stein__group *g, int k, const site *s)
             g->at[2 * side].of[k] = s->at[side].x;
             g->at[2 * side + 1].of[k] = s->at[side].z;
             g->pose[k][side] = &p->pose[side]->x;
-            g->wrench[k][side] = p->frame[side] < 0 ? NULL : &p->wrench[side]->x;
+            g->wrench[k][side] =
+                side == 1 && p->frame[side] < 0 ? NULL : &p->wrench[side]->x; // at -1 the frame's
         }
         g->line[0].of[k] = s->n.x;
         g->line[1].of[k] = s->n.z;
@@ -188,8 +189,7 @@ static void put_abreast(stein__group *g, int k, const site *s)
 /* Plain sites that follow each other are a group: forces are summed in the order of sites. */
 static void list_pressing(stein_sim *sim)
 {
-    stein__group *g = sim->group - 1;
-    int room = 0;
+    int room = 0, n = -1; // places left in the last group, the last group
     sim->npressing = 0;
     for (int i = 0; i < sim->nsite; i++) {
         const site *s = &sim->site[i];
@@ -204,8 +204,9 @@ static void list_pressing(stein_sim *sim)
         if (room == 0) {
             sim->pressing[sim->npressing++] = -1;
             room = sim->abreast.most;
-            (++g)->n = 0;
+            sim->group[++n].n = 0;
         }
+        stein__group *g = &sim->group[n];
         put_abreast(g, g->n, s);
         g->site[g->n++] = i;
         room--;

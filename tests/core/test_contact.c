@@ -11,8 +11,8 @@
 #include "abreast.h"
 #include "functions.h"
 #include "lane.h"
+#include "lab_support.h"
 #include "stein/law.h"
-#include "support.h"
 
 typedef struct log {
     int n;
@@ -382,6 +382,48 @@ START_TEST(places_side_by_side_have_the_bits_of_each_alone)
 }
 END_TEST
 
+/* Which side of a contact is fixed does not matter: a table that falls on a peg, a catcher on a
+ * beak rest in statics. */
+START_TEST(what_falls_may_fall_on_a_fixed_point)
+{
+    static const char *const text[] = {
+        "mechanism: peg\n"
+        "bodies:\n"
+        "  table: {joint: T z, mass: 1 kg, initial: {position: 0.1 mm}}\n"
+        "contacts:\n"
+        "  floor:\n"
+        "    between:\n"
+        "      - {circle: {on: frame, at: [0, 0, 0], radius: 0 mm}}\n"
+        "      - {line: {on: table, at: [0, 0, 0], facing: -90 deg}}\n"
+        "    normal: {c: 52 kN/m, D: 20 s/m}\n"
+        "outputs:\n"
+        "  force: {contact: floor, read: force}\n"
+        "simulation: {dt: 10 us, until: 1 s, integrator: rk4}\n",
+        "mechanism: beak\n"
+        "bodies:\n"
+        "  carrier: {joint: T z, mass: 1 kg, initial: {position: 3.1 mm}}\n"
+        "notches:\n"
+        "  catch:\n"
+        "    corner: {on: carrier, at: [3 mm, 0, 0], angle: 90 deg}\n"
+        "    beak: {on: frame, at: [0, 0, 0], tilt: 0 rad}\n"
+        "    normal: {c: 2e5 N/m, D: 50 s/m}\n"
+        "outputs:\n"
+        "  force: {notch: catch, read: force}\n"
+        "simulation: {dt: 10 us, until: 1 s, integrator: rk4}\n"};
+    for (int i = 0; i < 2; i++) {
+        lab_model *opened = open_text(text[i], NULL, 0);
+        stein_sim *sim = NULL;
+        double force = 0.0;
+        ck_assert_stein(lab_sim(opened, NULL, &sim, err));
+        ck_assert_stein(stein_run(sim, 1.0, err));
+        ck_assert_stein(stein_read_name(sim, "force", &force, err));
+        ck_assert_msg(fabs(force - 9.81) < 1e-3, "%.9g N", force);
+        stein_sim_destroy(sim);
+        lab_close(opened);
+    }
+}
+END_TEST
+
 Suite *contact_suite(void)
 {
     Suite *suite = suite_create("contact");
@@ -398,5 +440,9 @@ Suite *contact_suite(void)
     tcase_add_test(tc, two_equal_balls_exchange_their_speeds);
     tcase_add_test(tc, places_side_by_side_have_the_bits_of_each_alone);
     suite_add_tcase(suite, tc);
+    TCase *files = tcase_create("files");
+    tcase_add_checked_fixture(files, make_folder, remove_folder);
+    tcase_add_test(files, what_falls_may_fall_on_a_fixed_point);
+    suite_add_tcase(suite, files);
     return suite;
 }

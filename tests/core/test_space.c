@@ -626,7 +626,7 @@ START_TEST(mistakes_are_reported)
         {"b: {joint", "a_name_that_is_too_long_for_it: {joint", "at most 26 signs"},
         {"{point: b.c, read: z}", "{joint: b, read: position}", "turns in all directions"},
         {"{body: b, read: roll}", "{body: b, read: rol}", "did you mean \"roll\""},
-        {"vt: 1 mm/s", "stick: yes", "the friction of a contact in space does not stick"},
+        {"vt: 1 mm/s", "stick: yes", "the friction of a contact in space cannot stick"},
         {"{box: {on: b, at: [0, 0, 0], size: [0.2, 0.3, 0.1]}}", "{circle: {at: b.c, radius: 1}}",
          "circles and lines touch in a plane"},
         {"{plane: {on: frame, at: [0, 0, 0], normal: [0, 0, 2]}}",

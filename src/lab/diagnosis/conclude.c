@@ -80,7 +80,7 @@ static stein_status judge(diagnosis *d, stein_err *err)
         e[i] = evidence_of(&d->q, d->t.row[i]);
     }
     d->setting = (diag__setting){.most_noise = diag__most_noise(&d->q, &d->q.null),
-                                 .input = sqrt(d->q.input_share),
+                                 .input = sqrt(d->q.input_noise),
                                  .stated = fit__noise_given(&d->q.null),
                                  .assumed = d->q.assumed,
                                  .records = d->fitted.n,
@@ -97,17 +97,24 @@ static stein_status judge(diagnosis *d, stein_err *err)
 }
 
 /* The row, not yet at the end of its fit, that might become the best one there: as many causes, and
- * least objective. NULL: there is none. */
+ * least objective; of several fits of a hypothesis the one that stands for it. NULL: there is none.
+ */
 static diag__row *contender(const diagnosis *d)
 {
     const diag__row *best = d->t.row[d->j.best];
     diag__row *found = NULL;
-    double most = best->objective + unended;
+    double least = evidence_of(&d->q, best).objective + unended;
     for (int i = 0; i < d->t.n; i++) {
         diag__row *row = d->t.row[i];
-        int could = row->h.n == best->h.n && !row->refined && row->objective < most &&
-                    diag__is_possible(&d->q, row) && diag__find(&d->t, &row->h) == row;
-        if (could && (found == NULL || row->objective < found->objective)) {
+        const diag__evidence e = evidence_of(&d->q, row);
+        int stands = e.possible && e.n == best->h.n;
+        for (int k = 0; k < d->t.n && stands; k++) {
+            const diag__row *other = d->t.row[k];
+            stands = !diag__equals(&other->h, &row->h) || !diag__is_possible(&d->q, other) ||
+                     !(other->objective < row->objective);
+        }
+        if (stands && !row->refined && e.objective < least) {
+            least = e.objective;
             found = row;
         }
     }
@@ -125,6 +132,7 @@ static stein_status refine_contenders(diagnosis *d, stein_err *err)
             break;
         }
         status = diag__refine_row(row, err);
+        diag__weigh(&d->q, &d->t);
         status = status == STEIN_OK ? judge(d, err) : status;
     }
     return status;

@@ -159,13 +159,24 @@ stein_status diag__name_odd_setting(diagnosis *d, stein_err *err)
     return status;
 }
 
+/* Can reporting records show a cause, or does it act in none of them? */
+static int can_be_shown(const diagnosis *d, const lab_candidate *c)
+{
+    int yes = 0;
+    for (int i = 0; i < d->reporting.n; i++) {
+        yes |= lab_candidate_acts(c, d->reporting.stroke[i]->number);
+    }
+    return yes;
+}
+
 int diag__drop_unshown(diagnosis *d)
 {
     const diag__row *best = d->t.row[d->j.best];
     int more = best->chi2_dof > d->setting.most_noise;
     for (int i = 0; d->out->ncause > 1 && i < d->out->ncause; i++) {
         const lab_suspect *s = &d->out->suspect[i];
-        if (!(s->own_ratio >= no_gain && (more || s->own_hi >= 1.0))) {
+        int unshown = s->own_ratio >= no_gain && (more || s->own_hi >= 1.0);
+        if (!unshown || !can_be_shown(d, &s->candidate)) {
             continue;
         }
         const diag__row *row = row_without(&d->t, best, &s->candidate);
@@ -181,17 +192,20 @@ int diag__drop_unshown(diagnosis *d)
 stein_status diag__is_shown(const diagnosis *d, int *yes, stein_err *err)
 {
     const diag__row *best = d->t.row[d->j.best], *least = d->t.row[d->j.least];
-    int certain = !d->q.scale_free && best->chi2_dof <= d->setting.most_noise;
+    int certain = !d->q.scale_free && best->chi2_dof <= d->setting.most_noise, acts = 0;
     diag__reported without = {.rmse = NAN};
     lab_gain g = {.ratio = NAN};
     stein_err why;
     *yes = 1;
-    if (d->j.finding != DIAG_NAMED || !isfinite(d->after.rmse)) {
+    for (int i = 0; i < best->h.n; i++) {
+        acts |= can_be_shown(d, &best->cause[i]);
+    }
+    if (!acts || d->j.finding != DIAG_NAMED || !isfinite(d->after.rmse)) {
         return STEIN_OK;
     }
     stein_status status = diag__report(least, &d->reporting, &without, &why);
     status = status == STEIN_OK ? diag__compare(&without, &d->after, &g, &why) : status;
     diag__reported_free(&without);
-    *yes = !isfinite(g.ratio) || g.ratio < no_gain || (certain && (g.ratio < worse || g.hi < 1.0));
+    *yes = !isfinite(g.ratio) || g.ratio < (certain ? worse : no_gain);
     return fit__forgive(status, err);
 }

@@ -226,10 +226,11 @@ static double go(fit__problem *p, room *m, const double *x, stein_status *status
     double scale = longest > longest_step ? longest_step / longest : 1.0;
     for (int u = 0; u < p->nu; u++) {
         double to = x[u] + scale * m->dx[u], most = p->limit;
-        int bound = is_bounded(&p->unknown[u]) && !p->unknown[u].idle; // what is held may be beyond
-        m->try_x[u] = bound                               ? fmin(fmax(to, -most), most)
-                      : p->unknown[u].kind == FIT__AMOUNT ? fmax(to, p->unknown[u].least)
-                                                          : to;
+        const fit__unknown *of = &p->unknown[u];
+        m->try_x[u] = of->idle || !isfinite(to) ? to // what is held may be beyond a bound
+                      : is_bounded(of)          ? fmin(fmax(to, -most), most)
+                      : of->kind == FIT__AMOUNT ? fmax(to, of->least)
+                                                : to;
     }
     *status = fit__residuals(p, m->try_x, m->try_r, &failed, err);
     return *status == STEIN_OK && failed == 0 ? fit__chi2(p, m->try_r) + fit__priors(p, m->try_x)
@@ -271,8 +272,10 @@ static int chord(fit__problem *p, fit__state *s, room *m, double *x, stein_statu
 /* is a parameter at its bound, with a step that leads across? */
 static int leaves(const fit__problem *p, int u, double x, double dx)
 {
-    return is_bounded(&p->unknown[u]) && !p->unknown[u].idle &&
-           fabs(x) >= p->limit * (1.0 - 1e-9) && x * dx > 0.0;
+    const fit__unknown *of = &p->unknown[u];
+    int low = of->kind == FIT__AMOUNT && x <= of->least && dx < 0.0;
+    int off = is_bounded(of) && fabs(x) >= p->limit * (1.0 - 1e-9) && x * dx > 0.0;
+    return !of->idle && (low || off);
 }
 
 /* The data are trusted no further than they are met: with chi2 per degree of freedom far above 1

@@ -172,6 +172,22 @@ static int take_numbers(fit__problem *p)
     return p->np - FIT__NUMBERS;
 }
 
+/* smallest value of a parameter in the records that an effect acts in, as these or the file state
+ * it
+ */
+static double least_value(const fit__problem *p, const lab_candidate *c, const stein_param *q)
+{
+    double least = INFINITY;
+    for (int i = 0; i < p->data->n; i++) {
+        const lab_data *data = p->data->stroke[i];
+        const lab_setting *set = setting_of(data, c->param[0]);
+        if (lab_candidate_acts(c, data->number)) {
+            least = fmin(least, set != NULL ? set->value : q->value);
+        }
+    }
+    return isfinite(least) ? least : q->value;
+}
+
 /* smallest amount in limits: of a number whose sign is physics a trace of it remains */
 static double least_amount(const fit__problem *p, const lab_candidate *c)
 {
@@ -180,7 +196,7 @@ static double least_amount(const fit__problem *p, const lab_candidate *c)
     }
     const stein_param *q = c->nparam > 0 ? &lab_equations(p->model)->params[c->param[0]] : NULL;
     int adds = c->move == LAB_MOVE_ADD || c->move == LAB_MOVE_SPRING;
-    return q != NULL && adds && is_positive(q) ? (trace - 1.0) * q->value / c->limit
+    return q != NULL && adds && is_positive(q) ? (trace - 1.0) * least_value(p, c, q) / c->limit
                                                : (double)-INFINITY;
 }
 

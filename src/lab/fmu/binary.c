@@ -197,6 +197,7 @@ typedef struct job {
     char *folder, *core;      /* in the cache */
     char *work, *fresh, *log; /* of this process alone */
     int windows;              /* 1: compiled for it, 0: for Linux */
+    int x87;                  /* 1: 32 bits, where SSE2 has to be asked for */
 } job;
 
 static void free_job(job *j)
@@ -306,6 +307,7 @@ static void add_options(lab__command *w, const job *j)
 {
     lab__command_split(w, fmu__compiler_options);
     lab__command_split(w, j->windows ? always_windows : always);
+    lab__command_split(w, j->x87 ? "-msse2 -mfpmath=sse" : "");
     lab__command_add(w, lab__text("-I%s", j->folder));
     lab__command_split(w, "-o");
     lab__command_add(w, lab__text("%s", j->fresh));
@@ -339,12 +341,18 @@ static stein_status link_all(const job *j, const fmu_sources *sources, stein_err
     return run(j, &w, err);
 }
 
+/* i386 ... i686 */
+static int is_x87(const char *machine)
+{
+    return strcspn(machine, "-\n") == 4 && machine[0] == 'i' && strncmp(machine + 2, "86", 2) == 0;
+}
+
 /* the name of a folder: in FMI 3 "x86_64-linux", in FMI 2 "linux64" where there is one */
 static int name_platform(char *platform, const char *machine, int windows, int version)
 {
     const char *system = windows ? "windows" : "linux";
     size_t n = strcspn(machine, "-\n");
-    int old = n == 4 && machine[0] == 'i' && strncmp(machine + 2, "86", 2) == 0; // i386 ... i686
+    int old = is_x87(machine);
     int arm = strncmp(machine, "arm", 3) == 0;
     const char *arch = old ? "x86" : arm ? "aarch32" : machine;
     n = old || arm ? strlen(arch) : n;
@@ -366,6 +374,7 @@ static stein_status find_platform(char *platform, job *j, int version, stein_err
         return status;
     }
     j->windows = strstr(text, "mingw") != NULL;
+    j->x87 = is_x87(text);
     int known = j->windows || strstr(text, "linux") != NULL;
     if (!known || name_platform(platform, text, j->windows, version) >= FMU_PLATFORM) {
         status = lab__fail(err, STEIN_ECOMPILE,

@@ -47,7 +47,7 @@ static const double of_scope = 0.1;   /* the same of one that acts in some recor
 double diag__most_noise(const diag__problem *q, const fit__problem *p)
 {
     double sd = sqrt(2.0 / fmax(1.0, p->samples - p->nu)), most = 1.0 + slack + 5.0 * sd;
-    return (fit__noise_given(p) ? fmin(most, guessed) : guessed) + twice * q->input_share;
+    return (fit__noise_given(p) ? fmin(most, guessed) : guessed) + twice * q->input_noise;
 }
 
 int diag__leaves_noise(const diag__row *row)
@@ -98,7 +98,8 @@ static int next_look(const diag__table *t, const diag__row *row)
 }
 
 /* The best row that is to be linearised; where one leaves noise, that one alone. A row with more
- * causes than the incumbent has gained nothing by them. */
+ * causes than the incumbent has gained too little by them; where noise is estimated, it is looked
+ * at if they are convincing. */
 static diag__row *next_row(const diag__problem *q, const diag__table *t, int *look)
 {
     diag__row *best = diag__incumbent(q, t), *next = NULL;
@@ -234,7 +235,7 @@ static stein_status expand(diag__problem *q, diag__table *t, diag__row *row, int
     int most = diag__leaves_noise(row) ? TRIED_NEAR : TRIED_FAR, found = 0;
     for (int i = 0; i < n && !found && status == STEIN_OK && !diag__is_spent(q); i++) {
         diag__row *one = NULL;
-        int twin = list[i].source == 'L'; // few, and before more causes are asked for
+        int twin = list[i].source == 'L'; // before more causes are asked for
         if ((twin || tried < most) && is_worth(q, t, &l, &list[i])) {
             status = diag__try(q, t, &list[i], &one, err);
             tried += !twin;
@@ -405,10 +406,10 @@ static stein_status with_bodies(diag__problem *q, diag__table *t, stein_err *err
 
 /* Where a fit leaves less than the noise of a measured force would do, what looked like noise of
  * the measurement was there: a force that is applied with its noise. */
-static void limit_input_share(diag__problem *q, const diag__row *row)
+static void limit_input_noise(diag__problem *q, const diag__row *row)
 {
     if (row->failed == NULL) {
-        q->input_share = fmin(q->input_share, fmax(0.0, row->chi2_dof - 1.0));
+        q->input_noise = fmin(q->input_noise, fmax(0.0, row->chi2_dof - 1.0));
     }
 }
 
@@ -418,13 +419,14 @@ stein_status diag__search(diag__problem *q, diag__table *t, stein_err *err)
     diag__row *row;
     q->least_noise = 1.0;
     stein_status status = diag__input_noise(&q->null, &q->input_share, err);
+    q->input_noise = q->input_share;
     q->scale_free = !fit__noise_given(&q->null) || q->input_share > matters;
     status = status == STEIN_OK ? diag__evaluate(q, t, &null, &row, err) : status;
     if (status == STEIN_OK && row->failed != NULL) {
         return lab__fail(err, STEIN_ENONFINITE, "%s", row->failed);
     }
     if (status == STEIN_OK) {
-        limit_input_share(q, row);
+        limit_input_noise(q, row);
     }
     if (status == STEIN_OK && q->trace != NULL) {
         diag__trace_row(q->trace, q, t, row);
@@ -434,7 +436,7 @@ stein_status diag__search(diag__problem *q, diag__table *t, stein_err *err)
     status = status == STEIN_OK && !q->scale_free ? with_noise(q, t, err) : status;
     status = status == STEIN_OK ? with_bodies(q, t, err) : status;
     if (status == STEIN_OK) {
-        limit_input_share(q, diag__incumbent(q, t));
+        limit_input_noise(q, diag__incumbent(q, t));
     }
     return status;
 }

@@ -82,6 +82,7 @@ typedef struct diag__problem {
     diag__mechanism **mechanism; /* made when they are asked for */
     int nmechanism;
     double input_share; /* what noise of measured forces adds to chi2/dof (input_noise.c) */
+    double input_noise; /* the same, no more than fits leave */
     int scale_free; /* noise is estimated with every fit: it is not stated, or the best hypothesis
                      * leaves more or less than was stated */
     double

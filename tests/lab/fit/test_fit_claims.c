@@ -456,6 +456,7 @@ START_TEST(what_a_cause_takes_from_a_damping_leaves_it_positive)
     ck_assert_stein(fit__residuals(&p, x, e.r, &failed, err));
     ck_assert_stein(fit__descend(&p, &e, 0, 1e-3, 10, err));
     double left = damping + c[0].limit * x[p.first_accepted];
+    ck_assert(e.ended);
     ck_assert_msg(left > 0.0 && left < 2e-6 * damping, "%g of %g are left", left, damping);
     fit__problem_free(&p);
     free(x);
