@@ -104,6 +104,45 @@ START_TEST(one_record_with_a_wrong_setting_is_named_with_the_fitting_value)
 }
 END_TEST
 
+/* the lines of a record without those that begin with a word */
+static void take_out(const char *path, const char *word)
+{
+    char line[200], text[40000];
+    size_t n = 0;
+    FILE *f = fopen(path, "r");
+    ck_assert_ptr_nonnull(f);
+    while (fgets(line, sizeof line, f) != NULL) {
+        int out = strncmp(line, word, strlen(word)) == 0;
+        n += out ? 0 : (size_t)snprintf(text + n, sizeof text - n, "%s", line);
+    }
+    fclose(f);
+    f = fopen(path, "w");
+    ck_assert_ptr_nonnull(f);
+    fputs(text, f);
+    ck_assert_int_eq(fclose(f), 0);
+}
+
+/* No record that reports can show the wrong setting of another one. Where the noise is not stated
+ * either, it is named all the same. */
+START_TEST(a_wrong_setting_is_named_although_no_reporting_record_shows_it)
+{
+    const char *data[SWINGS + 1] = {NULL};
+    for (int i = 0; i < SWINGS; i++) {
+        data[i] = film_swing(i, pendulum, NULL, 2100);
+        take_out(data[i], "# noise");
+    }
+    say(data[4], "39");
+    fitted f;
+    lab_diagnosis *d = diagnosed(&f, data);
+    ck_assert_int_eq(d->verdict, LAB_VERDICT_WRONG_PARAMETER);
+    ck_assert_int_eq(d->ncause, 1);
+    ck_assert_str_eq(d->suspect[0].candidate.effect->kind, "wrong_setting");
+    ck_assert_int_eq(d->suspect[0].candidate.from, 5);
+    lab_diagnosis_destroy(d);
+    drop(&f);
+}
+END_TEST
+
 /* of the swings that are fitted - 1, 2, 4, 5, 7, 8 - the third one is the first with it; swing 3,
  * which only reports, shows that it had not begun there */
 START_TEST(a_change_half_way_is_named_with_the_record_behind_which_it_begins)
@@ -297,6 +336,7 @@ Suite *odd_records_suite(void)
     tcase_set_timeout(tc, 120);
     tcase_add_checked_fixture(tc, make_folder, remove_folder);
     tcase_add_test(tc, one_record_with_a_wrong_setting_is_named_with_the_fitting_value);
+    tcase_add_test(tc, a_wrong_setting_is_named_although_no_reporting_record_shows_it);
     tcase_add_test(tc, a_change_half_way_is_named_with_the_record_behind_which_it_begins);
     tcase_add_test(tc, settings_that_are_off_within_their_last_digit_are_no_physics);
     tcase_add_test(tc, beside_settings_that_are_off_a_cause_is_named_alone);
