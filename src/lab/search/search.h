@@ -343,6 +343,8 @@ int diag__is_tolerated(const diag__problem *q, int cause);
 int diag__scatters(const diag__problem *q, int cause);
 /** Is the amount of a candidate of a possible sign and size? */
 int diag__thinkable(const lab_candidate *c, double amount);
+/** The same of cause i of a row, whose amount may be ten times as large if the row leaves noise. */
+int diag__amount_is_possible(const diag__problem *q, const diag__row *row, int i);
 /** Correlation of two columns. */
 double diag__likeness(const diag__linear *l, int a, int b);
 /** Objective of a fit that columns with these amounts and this gain let expect. */

@@ -59,7 +59,7 @@ stein_status diag__drop_idle(diag__problem *q, diag__table *t, const diag__row *
     stein_status status = STEIN_OK;
     for (int i = 0; i < row->h.n && row->h.n > 1 && status == STEIN_OK; i++) {
         double sd, amount = diag__amount(row, i, &sd), z = amount / sd;
-        int idles = fabs(z) < idle || !diag__thinkable(diag__base(q, row->h.cause[i]), amount);
+        int idles = fabs(z) < idle || !diag__amount_is_possible(q, row, i);
         diag__proposal p = simpler(q, t, row, i, 'D');
         const diag__row *had = diag__find(t, &p.h);
         int better = had == NULL || (row->objective + z * z < had->objective - rounding &&

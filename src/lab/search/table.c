@@ -14,6 +14,8 @@
  * purpose, and the prior counts, too; of a time base gravity and lengths may say so */
 static const double largest = 3.0, of_instrument = 6.0;
 static const double of_clock = 10.0;
+/* times that, where nothing but noise is left: a plausible size is a guess, and its prior counts */
+static const double beyond = 10.0;
 
 /* ---- hypotheses ---- */
 
@@ -79,12 +81,17 @@ int diag__thinkable(const lab_candidate *c, double amount)
     return fabs(amount) <= most && (lab_candidate_is_signed(c) || amount > 0.0);
 }
 
+int diag__amount_is_possible(const diag__problem *q, const diag__row *row, int i)
+{
+    double sd, amount = diag__amount(row, i, &sd), times = diag__leaves_noise(row) ? beyond : 1.0;
+    return diag__thinkable(diag__base(q, row->h.cause[i]), amount / times);
+}
+
 int diag__is_possible(const diag__problem *q, const diag__row *row)
 {
     int yes = row->failed == NULL && !row->superseded && !row->impossible;
     for (int i = 0; yes && i < row->h.n; i++) {
-        double sd;
-        yes = diag__thinkable(diag__base(q, row->h.cause[i]), diag__amount(row, i, &sd));
+        yes = diag__amount_is_possible(q, row, i);
     }
     return yes;
 }

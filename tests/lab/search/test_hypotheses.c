@@ -247,6 +247,7 @@ START_TEST(impossible_rows_are_never_the_best)
                          add_failed(&w, HYPOTHESIS(DRAG), "it falls")};
     // candidates come by number: friction is the first one of them
     ck_assert_int_eq(fits[2]->h.cause[0], COULOMB);
+    fits[1]->chi2_dof = 5.0; // far from noise
     for (int i = 0; i < 5; i++) {
         ck_assert_msg(!diag__is_possible(&w.q, fits[i]), "row %d", i);
     }
@@ -254,6 +255,23 @@ START_TEST(impossible_rows_are_never_the_best)
     diag__row *possible = add_row(&w, HYPOTHESIS(PRELOAD), 700.0, negative); // to either side
     ck_assert(diag__is_possible(&w.q, possible));
     ck_assert_ptr_eq(diag__best(&w.q, &w.t, -1), possible);
+    diag__table_free(&w.t);
+}
+END_TEST
+
+/* A plausible size is a guess: what leaves noise may be ten times as large, and of no other sign.
+ */
+START_TEST(an_amount_that_explains_everything_may_be_larger_than_plausible)
+{
+    const double large[] = {29.0}, huge[] = {31.0}, negative[] = {-0.5};
+    world w;
+    make_world(&w);
+    diag__row *row = add_row(&w, HYPOTHESIS(PRELOAD), 100.0, large);
+    ck_assert(diag__is_possible(&w.q, row));
+    row->chi2_dof = 5.0;
+    ck_assert(!diag__is_possible(&w.q, row));
+    ck_assert(!diag__is_possible(&w.q, add_row(&w, HYPOTHESIS(PRELOAD), 100.0, huge)));
+    ck_assert(!diag__is_possible(&w.q, add_row(&w, HYPOTHESIS(COULOMB), 100.0, negative)));
     diag__table_free(&w.t);
 }
 END_TEST
@@ -876,6 +894,7 @@ Suite *hypotheses_suite(void)
     tcase_add_test(tc, changes_of_a_hypothesis_begin_at_one_record);
     tcase_add_test(tc, the_best_row_of_a_hypothesis_stands_for_it);
     tcase_add_test(tc, impossible_rows_are_never_the_best);
+    tcase_add_test(tc, an_amount_that_explains_everything_may_be_larger_than_plausible);
     tcase_add_test(tc, an_amount_is_possible_within_its_sign_and_size);
     tcase_add_test(tc, the_incumbent_has_a_cause_more_only_where_that_gains);
     suite_add_tcase(suite, tc);
