@@ -91,7 +91,7 @@ static const lab_effect effects[] = {
      "contact_stiffness", "structure", 0, 0},
     {"string_damper", MISSING, LAB_AT_BODY, "F0", NULL, "x0",
      "from dip x0 on the front is pushed up by F0 + k (dip - x0)", "a step of force in mid-travel",
-     "joint_stiffness", "structure", 0, 0},
+     "joint_stiffness backlash hardening_spring", "structure", 0, 0},
     {"wire", MISSING, LAB_AT_BODY, "k", NULL, "stretch",
      "spring from a point to the frame, stretched by a share of its length at rest",
      "pull towards a point", "joint_stiffness preload", "structure", 0, 0},

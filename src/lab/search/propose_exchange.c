@@ -109,6 +109,20 @@ static int is_twin(const lab_candidate *a, const lab_candidate *b)
     return is_word && strcmp(a->place, b->place) == 0;
 }
 
+/* Two more starts of a proposal, of the number beside the new cause c: a gap, a place of a stop. */
+static int more_starts(const lab_candidate *c, int cause, diag__proposal *out, int most)
+{
+    int found = 0, at = 0;
+    while (at < out->h.n - 1 && out->h.cause[at] != cause) {
+        at++;
+    }
+    for (int up = 0; c->side[0].name != NULL && up < 2 && found + 1 < most; up++) {
+        out[++found] = out[0];
+        out[found].side[at] = up ? quarters : -quarters;
+    }
+    return found;
+}
+
 /* What looks like a cause, in its place, whatever a linear model lets expect: a large cause of the
  * wrong kind bends everything that is fitted beside it, and where it is, the right one is not
  * within reach of a linear model (a gap of nothing in a spring for the spring itself). */
@@ -123,7 +137,8 @@ static int twin(const diag__problem *q, const diag__table *t, const diag__linear
             const lab_candidate *other = diag__base(q, l->cause[c]);
             if (!diag__is_scoped(q, l->cause[c]) && (is_twin(own, other) || is_twin(other, own)) &&
                 take(l, i, i, c, &out[found])) {
-                out[found++].source = 'L';
+                out[found].source = 'L';
+                found += 1 + more_starts(other, l->cause[c], &out[found], most - found);
             }
         }
     }

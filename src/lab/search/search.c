@@ -181,6 +181,16 @@ static int drops_scoped(const diag__problem *q, const diag__row *row, const diag
     return dropped && h->n < row->h.n;
 }
 
+/* does it begin elsewhere in a number beside an amount? */
+static int has_start(const diag__proposal *p)
+{
+    int yes = 0;
+    for (int i = 0; i < p->h.n; i++) {
+        yes |= isfinite(p->side[i]);
+    }
+    return yes;
+}
+
 /* is a proposal worth its cost, with the rows so far? */
 static int is_worth(const diag__problem *q, const diag__table *t, const diag__linear *l,
                     const diag__proposal *p)
@@ -193,16 +203,17 @@ static int is_worth(const diag__problem *q, const diag__table *t, const diag__li
     if (again ? diag__tries(t, &p->h, 'R', p->parent) > 0 : diag__tries(t, &p->h, 0, -1) >= TRIES) {
         return 0;
     }
+    // look-alikes: where the best row is no answer yet, or the noise that would tell is unknown
+    if (p->source == 'L') {
+        int other = had == NULL || (had->source == 'L' && has_start(p) && !diag__leaves_noise(had));
+        return other && l->row == best && (q->scale_free || !diag__leaves_noise(best));
+    }
     if (had != NULL && p->source != 'R' && !(p->expected < had->objective - rounding) &&
         (diag__leaves_noise(had) || had->source == p->source || l->gain == 0.0)) {
         return 0; // unless a better end of its fit is expected
     }
     if (drops_scoped(q, l->row, &p->h)) {
         return had == NULL;
-    }
-    if (p->source ==
-        'L') { // the best row is no answer yet, or the noise that would tell is unknown
-        return had == NULL && l->row == best && (q->scale_free || !diag__leaves_noise(best));
     }
     if (p->source == 'T') { // it is no answer to what leaves much more than noise
         return had == NULL && l->row->chi2_dof < noise_like;
