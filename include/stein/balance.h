@@ -5,9 +5,10 @@
  *
  * E is kinetic energy and potential energy of gravity (stein_energy). The power of every force is
  * integrated over each step by Gauss's rule with three nodes on the step's dense output (order 6, 4
- * in implicit ones), with the contacts of the step. A law's force has two parts. Its value with all
- * speeds 0 is the elastic part, whose work is stored. The work of the rest is dissipated. The
- * remaining difference is the error of the steps: it is 0 for an exact solution.
+ * in implicit ones), with the contacts of the step. A law's force has two parts. The elastic part
+ * is its value if all speeds were 0; its work is stored as energy. The other part depends on speed;
+ * its work is dissipated. The difference that remains is the error of the steps, 0 for an exact
+ * solution.
  *
  *      stein_balance_create(&b, model, NULL, &err);
  *      stein_balance_attach(b, sim, &err);

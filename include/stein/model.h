@@ -123,8 +123,8 @@ typedef struct stein_point {
                frame, where it stays; -1 for a point whose body has no frame */
 } stein_point;
 
-/** A body whose planar pose is evaluated by pose(): it carries contacts, or a point of a link or a
- *  force in the plane, or another such body. Ascending. */
+/** A body with a planar pose, evaluated by pose(). It has a contact, the end of a link, the point
+ * of a force in the plane, or carries another such body. In ascending order of bodies. */
 typedef struct stein_frame {
     int body;
     int parent; /* frame of the body's parent, -1 = fixed frame; smaller than the own index */

@@ -55,7 +55,7 @@ typedef struct stein_reaction {
     int loop;  /* 1: of a loop or coupling, 0: of a joint */
     int index; /* which one */
     stein_component component;
-    int axes; /* body whose axes are used, -1: fixed frame */
+    int axes; /* components are along the axes of this body; -1: of the fixed frame */
 } stein_reaction;
 
 /** Mass properties of a body, for reactions: consecutive blocks of d. AT is the place of its joint

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * abreast.h - places of one simulation, pressed side by side: plain numbers only, so that files
- * whose reals are doubles can meet here those whose reals are several of them.
+ * abreast.h - contact forces of several places of one simulation at once, one place in each lane of
+ * a register. The types here are arrays of doubles: code for one lane calls code for two or four.
  * Included by: this folder.
  */
 #ifndef STEIN_ABREAST_H
@@ -15,8 +15,9 @@ typedef struct stein__each {
     double of[STEIN__MOST_ABREAST];
 } __attribute__((aligned(16))) stein__each;
 
-/** Points on lines whose laws are plain: their numbers, and where their poses and wrenches are.
- *  Where there are fewer places than side by side, the last one is there again. */
+/** Up to STEIN__MOST_ABREAST contacts of a point with a line: parameters, and pointers to the poses
+ *  and wrenches of their bodies. Laws are polynomials with damping, friction a tanh. Unused lanes
+ *  repeat the last place. */
 typedef struct stein__group {
     stein__each at[4];                     /* x, z of a point of each body: the point, the line */
     stein__each line[2];                   /* normal of the line, on the second body */

@@ -85,7 +85,7 @@ static const shape fixed_line = {1, 0, {1, 1, IN_STAGE}}, moving_line = {1, 0, {
 
 #if STEIN_LANES == 1
 
-/* gap and guard of a spot, whose force begins at 0 */
+/* gap and guard of a spot; its force is set to 0 */
 ALWAYS void look(stein_sim *sim, int i, shape is)
 {
     const site *s = &sim->site[i];
@@ -177,7 +177,7 @@ void stein__site_forces(stein_sim *sim)
 
 #else
 
-/* a place, whose forces are told nobody, and at the end of a step the guard of a spot */
+/* the forces of a place, without a note of them; at the end of a step also the guard of a spot */
 ALWAYS void meet_and_press(stein_sim *sim, int i, mask on, shape is)
 {
     const site *s = &sim->site[i];

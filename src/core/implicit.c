@@ -157,7 +157,7 @@ static stein_status derive_column(stein_sim *sim, int k, double size, stein_err 
         s->off[i] = INFINITY;
         to[i * n + j] = 0.0;
     }
-    int found = 0; // a length at whose ends there is a motion: a long one may lead beyond a limit
+    int found = 0; // did a length give differences? A long one may leave the limits of a mechanism
     for (int level = 0; level < LEVELS; level++, h *= shorter) {
         status = STEIN_OK;
         for (int half = 0; half < 2 && status == STEIN_OK; half++) {

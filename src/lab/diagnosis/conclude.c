@@ -15,8 +15,7 @@
 #include "diagnosis.h"
 
 enum { FREE_RECORDS = 16, CONTENDERS = 4 };
-/* of the objective: a search's fit may be as far from its minimum. On strokes of the action with a
- * tilted camera the tilt was 28 behind a sensor gain, and was the best one at the ends of both. */
+/* of the objective: a search's fit may end so far above its minimum */
 static const double unended = 50.0;
 static const double nearly_all = 0.9, far_off = 50.0; /* share of the misfit; chi2/dof */
 

@@ -66,6 +66,15 @@ static stein_status add_finding(lab_diagnosis *o, char *line, int first, stein_e
     return STEIN_OK;
 }
 
+/* a line that is reported at once, and the first of the findings. Frees it. */
+static stein_status tell(diagnosis *d, char *line, stein_err *err)
+{
+    if (line != NULL && d->def->report != NULL) {
+        d->def->report(d->def->ctx, line);
+    }
+    return add_finding(d->out, line, 1, err);
+}
+
 static stein_status audit(diagnosis *d, const lab_dataset *data, stein_err *err)
 {
     stein_status status = STEIN_OK;
@@ -112,10 +121,7 @@ static stein_status cut(diagnosis *d, const lab_model *model, const lab_dataset 
     if (status != STEIN_OK || line == NULL) {
         return fit__forgive(status, err);
     }
-    if (d->def->report != NULL) {
-        d->def->report(d->def->ctx, line);
-    }
-    return add_finding(d->out, line, 1, err);
+    return tell(d, line, err);
 }
 
 static stein_status check_step(diagnosis *d, stein_err *err)
@@ -125,10 +131,7 @@ static stein_status check_step(diagnosis *d, stein_err *err)
     if (status != STEIN_OK || line == NULL) {
         return status;
     }
-    if (d->def->report != NULL) {
-        d->def->report(d->def->ctx, line);
-    }
-    return add_finding(d->out, line, 1, err);
+    return tell(d, line, err);
 }
 
 /* does a record state another band of an input? */
@@ -155,17 +158,14 @@ static stein_status tell_bands(diagnosis *d, stein_err *err)
         if (m->inputs[i].kind != STEIN_INPUT_MOTION || !isfinite(hz)) {
             continue;
         }
-        int another = states_another(&d->fitted, i, hz);
+        int asked = d->def->smooth > 0.0, another = states_another(&d->fitted, i, hz);
+        const char *where = !another ? ""
+                            : asked  ? ", in place of what files state"
+                                     : " where files state nothing";
         char *line =
-            lab__text("%s: smoothed to half at %.3g Hz%s", m->inputs[i].name, hz,
-                      d->def->smooth > 0.0 ? another ? ", in place of what files state" : ""
-                      : another            ? " where files state nothing; what is faster does not "
-                                             "show in the measured forces"
-                                : "; what is faster does not show in the measured forces");
-        if (line != NULL && d->def->report != NULL) {
-            d->def->report(d->def->ctx, line);
-        }
-        status = add_finding(d->out, line, 1, err);
+            lab__text("%s: smoothed to half at %.3g Hz%s%s", m->inputs[i].name, hz, where,
+                      asked ? "" : "; what is faster does not show in the measured forces");
+        status = tell(d, line, err);
     }
     return status;
 }
@@ -192,10 +192,7 @@ static stein_status tell_lacking(diagnosis *d, stein_err *err)
     char *line = lab__text("%s%s: %d of the measured events do not happen with the file's own "
                            "numbers; each counts as far off as the last one is",
                            first, records > 1 ? " and others" : "", events);
-    if (line != NULL && d->def->report != NULL) {
-        d->def->report(d->def->ctx, line);
-    }
-    return add_finding(d->out, line, 1, err);
+    return tell(d, line, err);
 }
 
 /* signs, zeros, units and planes with which the records' beginnings would follow */
@@ -206,10 +203,7 @@ static stein_status check_setup(diagnosis *d, stein_err *err)
     stein_err why;
     stein_status status = fit__setup(&d->q.null, &list, &n, &why);
     for (int i = n - 1; status == STEIN_OK && i >= 0; i--) {
-        if (d->def->report != NULL) {
-            d->def->report(d->def->ctx, list[i].text);
-        }
-        status = add_finding(d->out, lab__text("%s", list[i].text), 1, err);
+        status = tell(d, lab__text("%s", list[i].text), err);
     }
     if (status == STEIN_OK && n > 0) {
         snprintf(d->suspicion, sizeof d->suspicion, "%s", list[0].text);

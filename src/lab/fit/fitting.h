@@ -205,6 +205,9 @@ typedef struct fit__problem {
     lab__stop stop;
 } fit__problem;
 
+/** The group of a parameter by its name; FIT__CALM: it is the same in all records.
+ *  @param by_place  1: the friction of every place is a group of its own, of the same class */
+int fit__group_of(const stein_model *m, const char *name, int by_place);
 /** Do group g of problem a and group h of problem b belong to the same joint or contact? The
  *  mechanism of one may have more joints than that of the other. */
 int fit__same_group(const fit__problem *a, int g, const fit__problem *b, int h);
