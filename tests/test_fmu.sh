@@ -155,7 +155,7 @@ for pair in 'shown push' 'asked path.speed' 'asked turn' 'place path.speed' 'pla
 done
 
 # ---- functions: all of them and nothing else, nothing from outside but memory and a few of libm
-allowed='^(malloc|calloc|free|mem(cpy|move|set|cmp)|str(cmp|len|ncmp|ncpy|spn)|frexp|ldexp|f(max|min|abs)|floor|sqrt|__stack_chk_fail|_ITM_.*|__cxa_finalize|__gmon_start__)$'
+allowed='^(malloc|calloc|free|mem(cpy|move|set|cmp)|str(cmp|len|ncmp|ncpy|spn)|frexp|ldexp|f(max|min|abs)|floor|sqrt|bcmp|__stack_chk_fail|_ITM_.*|__cxa_finalize|__gmon_start__)$'
 for fmu in "$dir"/*-[23]; do
     v=${fmu##*-} so=$(find "$fmu/binaries" -name '*.so')
     nm -D --defined-only "$so" | awk '{print $3}' >"$dir/symbols"
