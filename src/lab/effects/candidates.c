@@ -432,6 +432,7 @@ static double size_part(const build *b, lab_candidate *c, const lab__site *site)
     }
     if (strcmp(kind, "axis_translation") == 0) {
         lab__set_range(side, 0.05, 0.1, 0.2);
+        lab__set_range(other, 0.05, 1.0, 20.0);
         return 0.02 * Q * l * l / E;
     }
     if (strcmp(kind, "compliant_partner") == 0) {

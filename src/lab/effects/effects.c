@@ -63,7 +63,7 @@ static const lab_effect effects[] = {
      "the link bends at one place: torque k dphi + d dphid, k = 1/compliance",
      "a quick oscillation after kick and impact", "compliant_partner", "structure", 0, 0},
     {"axis_translation", MISSING, LAB_AT_BODY, "compliance", NULL, "damping_ratio",
-     "the axis moves by u: force -k u - d ud, k = 1/compliance",
+     "the axis moves by u: force -k u - d ud, k = 1/compliance, upwards 1/compliance/(1 + lift)",
      "the body moves as a whole when it is loaded", "elastic_hinge", "structure", 0, 0},
     {"contact_stiffness", WRONG, LAB_AT_SURFACE, "log_scale", "normal.c", NULL,
      "normal force times exp(log_scale)", "depth and duration of the contact",

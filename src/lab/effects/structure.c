@@ -21,8 +21,9 @@
  *                  share of the mass, and the share of the inertia without the part from their
  *                  distance. A bar that is heavier at its end bends as far with half the
  *                  compliance.
- *   Where an axis  along z, against the weight, as stiff upwards as downwards.
- *   moves
+ *   Where an axis  along z, against the weight. In a round hole it is as stiff upwards as
+ *   moves          downwards, on a seat that is open above it is softer where it lifts:
+ *                  compliance (1 + lift) upwards.
  *   A partner      stands still as drawn: its weight is carried. It moves along the normal of its
  *                  line, which must be along x or z.
  *   A rotor        behind a gear where an input drives a joint: a key of its body, no part.
@@ -83,11 +84,13 @@ static const structure structures[] = {
     {"axis_translation",
      "_axis",
      0,
-     {"compliance", "damping_ratio"},
-     {"m/N", "1"},
-     {{"parameters", "$P.damping_ratio: $s"},
+     {"compliance", "damping_ratio", "lift"},
+     {"m/N", "1", "1"},
+     {{"parameters", "$P.lift: {value: $o, about: \"how much softer it is upwards\"}"},
+      {"parameters", "$P.damping_ratio: $s"},
       {"bodies", "$P: {about: \"the axis of $B, which gives way\", joint: T z,\n"
-                 "spring: {k: 1 / $P.compliance},\n"
+                 "spring: {k: 1 / $P.compliance / (1 + $P.lift)},\n"
+                 "limits: {range: [0 m, 1 m], k: $P.lift / $P.compliance / (1 + $P.lift)},\n"
                  "damping: 2 * $P.damping_ratio * sqrt($B.mass / $P.compliance)}"}}},
     {"compliant_partner",
      "_partner",

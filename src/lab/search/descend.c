@@ -26,6 +26,7 @@ enum {
     RENEWALS = 5,
     RENEWALS_FAR = 2,
     RENEWALS_EVENTS = 20,
+    LONGER = 4, /* times as many as long as they lead on */
     RECOVERIES = 2,
     FAR_MOST = 2,
     CORRECTIONS = 75,
@@ -34,9 +35,11 @@ enum {
 static const double rung[] = {0.05, 0.012};
 enum { RUNGS = sizeof rung / sizeof *rung };
 static const double enough = 0.3;    /* of the objective: a fit has ended */
+static const double falling = 0.8;   /* of the objective: it leads on */
 static const double far = 9.0;       /* chi2 per sample: three noises */
 static const double hopeless = 25.0; /* the same of a fit that is not led to its end */
-static const double outlying = 9.0;  /* the same of a record, in that of the record in the middle */
+static const double lost = 0.1; /* residual in the motion, from where on a fit is led to its end */
+static const double outlying = 9.0; /* the same of a record, in that of the record in the middle */
 static const double no_weight = 1e-3;     /* of a record that a fit has lost */
 static const double horizon = 1.5;        /* from one to the next */
 static const double least_horizon = 0.01; /* share of the longest record */
@@ -50,6 +53,26 @@ int diag__stride_of(const fit__problem *p)
         least = p->stroke[s].n < least ? p->stroke[s].n : least;
     }
     return least / CORRECTIONS > 1 ? least / CORRECTIONS : 1;
+}
+
+double diag__relative(const fit__problem *p, const double *r)
+{
+    double motion = 0.0;
+    for (int s = 0; s < p->nstroke; s++) {
+        const fit__stroke *t = &p->stroke[s];
+        for (int c = 0; c < t->nch; c++) {
+            double sum = 0.0, square = 0.0, n = 0.0;
+            for (int i = c * t->n; i < (c + 1) * t->n; i++) {
+                double y = isfinite(t->y[i]) ? t->y[i] / t->noise[c] : 0.0,
+                       w = t->share[i] * t->share[i];
+                sum += w * y;
+                square += w * y * y;
+                n += w;
+            }
+            motion += n > 0.0 ? square - sum * sum / n : 0.0;
+        }
+    }
+    return sqrt(fit__chi2(p, r) / fmax(motion, 1e-300));
 }
 
 /* sum of squares of the free simulation per sample, INFINITY: it fails */
@@ -145,8 +168,15 @@ static stein_status descend_growing(fit__problem *p, fit__end *e, stein_err *err
     return status;
 }
 
-/* First without an observer, which costs a quarter. Where that ends far off, from the same start
- * with one, and then over growing horizons; what comes nearest stays. */
+/* does a fit end where its simulation does not follow the records? */
+static int is_lost(const fit__problem *p, double objective, const double *r)
+{
+    return !(objective < hopeless * p->samples) && !(diag__relative(p, r) < lost);
+}
+
+/* First without an observer, which costs a quarter. Where that has lost the records, from the same
+ * start with one, and then over growing horizons; what comes nearest stays. A mechanism that lacks
+ * something follows them, by more than noise off. */
 static stein_status descend_if_far(fit__problem *p, fit__end *e, stein_err *err)
 {
     stein_status (*const way[])(fit__problem *, fit__end *, stein_err *) = {NULL, descend_held,
@@ -158,7 +188,8 @@ static stein_status descend_if_far(fit__problem *p, fit__end *e, stein_err *err)
     if (x != NULL) {
         memcpy(x, e->x, size);
     }
-    for (size_t i = 0; i < n && status != STEIN_ENOMEM && !(reached < hopeless * p->samples); i++) {
+    int off = 1;
+    for (size_t i = 0; i < n && status != STEIN_ENOMEM && off; i++) {
         memcpy(e->x, x, size);
         status = way[i] != NULL ? way[i](p, e, &why) : STEIN_OK;
         status = status == STEIN_OK ? descend_free(p, e, 0, &why) : status;
@@ -166,10 +197,10 @@ static stein_status descend_if_far(fit__problem *p, fit__end *e, stein_err *err)
             reached = e->objective;
             memcpy(end, e->x, size);
             last = i;
+            off = is_lost(p, reached, e->r);
         }
     }
-    if (status != STEIN_ENOMEM && isfinite(reached) && last + 1 < n &&
-        !(reached < hopeless * p->samples)) {
+    if (status != STEIN_ENOMEM && isfinite(reached) && last + 1 < n && off) {
         memcpy(e->x, end, size);
         status = descend_free(p, e, 0, &why);
     }
@@ -190,10 +221,17 @@ stein_status diag__descend(fit__problem *p, fit__end *e, diag__start from, stein
         status = from == DIAG_HELD && can ? descend_held(p, e, err) : STEIN_OK;
         status = status == STEIN_OK ? descend_free(p, e, from == DIAG_KNOWN, err) : status;
     }
-    if (status != STEIN_OK || e->ended || e->objective > hopeless * p->samples) {
-        return status;
+    for (int k = 0; k < LONGER && status == STEIN_OK; k++) {
+        double before = e->objective;
+        if (e->ended || before > hopeless * p->samples) {
+            break;
+        }
+        status = fit__descend(p, e, 1, enough, RENEWALS - RENEWALS_FAR, err);
+        if (!(e->objective < falling * before)) {
+            break;
+        }
     }
-    return fit__descend(p, e, 1, enough, RENEWALS - RENEWALS_FAR, err);
+    return status;
 }
 
 /* ---- records one by one ---- */

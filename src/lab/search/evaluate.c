@@ -25,6 +25,7 @@
 enum { RENEWALS = 5, REFINEMENTS = 8, NOISES = 6, COUNTED = 10 };
 static const double enough = 0.3;     /* of the objective: a fit has ended */
 static const double same_noise = 0.1; /* relative change of noise that is none */
+static const double beaten = 2.0;     /* chi2/dof in that of a hypothesis that leaves noise */
 static const double finer = 0.1;      /* steps where numbers are reported, in those of a search */
 static const double refined = 0.1;    /* of the objective: such a fit has ended */
 static const double least_scatter = 0.01; /* sd of a refined fit [of the prior] */
@@ -64,27 +65,6 @@ void diag__scale_noise(fit__problem *p, double factor)
     }
 }
 
-/* RMS residual over RMS of the motion, both in noise */
-static double relative_of(const fit__problem *p, const double *r)
-{
-    double motion = 0.0;
-    for (int s = 0; s < p->nstroke; s++) {
-        const fit__stroke *t = &p->stroke[s];
-        for (int c = 0; c < t->nch; c++) {
-            double sum = 0.0, square = 0.0, n = 0.0;
-            for (int i = c * t->n; i < (c + 1) * t->n; i++) {
-                double y = isfinite(t->y[i]) ? t->y[i] / t->noise[c] : 0.0,
-                       w = t->share[i] * t->share[i];
-                sum += w * y;
-                square += w * y * y;
-                n += w;
-            }
-            motion += n > 0.0 ? square - sum * sum / n : 0.0;
-        }
-    }
-    return sqrt(fit__chi2(p, r) / fmax(motion, 1e-300));
-}
-
 /* Samples that the residual is alike over. However smooth it is, a record counts as several
  * samples: one law may take all of a misfit away, and that is more than one coincidence. */
 static double memory_of(const fit__problem *p, const double *r)
@@ -104,17 +84,44 @@ static double take_noise(const diag__problem *q, diag__row *row, const double *r
     return factor;
 }
 
-/* the fit once more with what it leaves as its noise, until that stays */
-static stein_status settle_noise(const diag__problem *q, diag__row *row, fit__end *e,
+/* residuals and derivatives where noise has changed by a factor */
+static void reweigh(diag__row *row, double factor)
+{
+    const fit__problem *p = &row->p;
+    size_t rows = fit__offset(p, p->nstroke), columns = fit__columns(p);
+    for (size_t i = 0; i < rows; i++) {
+        row->r[i] /= factor;
+    }
+    for (size_t i = 0; i < columns; i++) {
+        row->J[i] /= factor;
+    }
+}
+
+/* the fit once more with what it leaves as its noise, until that stays; no more than once where it
+ * leaves far more than another hypothesis */
+static stein_status settle_noise(const diag__problem *q, diag__row *row, int lost, fit__end *e,
                                  stein_err *err)
 {
-    stein_status status = STEIN_OK;
-    double factor = 0.0;
-    for (int k = 0; k < NOISES && status == STEIN_OK && fabs(factor - 1.0) > same_noise; k++) {
-        factor = take_noise(q, row, e->r);
-        status = fit__descend(&row->p, e, 0, enough, RENEWALS, err);
+    for (int k = 0; k < NOISES; k++) {
+        double factor = take_noise(q, row, e->r);
+        if (lost || fabs(factor - 1.0) < same_noise) {
+            reweigh(row, factor);
+            return STEIN_OK;
+        }
+        stein_status status = fit__descend(&row->p, e, 0, enough, RENEWALS, err);
+        if (status != STEIN_OK) {
+            return status;
+        }
     }
-    return status;
+    return STEIN_OK;
+}
+
+/* does another hypothesis leave noise, and a fit so far much more than that? */
+static int is_beaten(const diag__problem *q, const diag__table *t, const diag__row *row)
+{
+    const diag__row *best = diag__incumbent(q, t);
+    double left = fit__chi2_dof(&row->p, row->r) * row->scale * row->scale;
+    return best != NULL && diag__leaves_noise(best) && left > beaten * best->chi2_dof;
 }
 
 /* derivatives to begin with, those of the parent and those of new causes. @return are they there?
@@ -138,8 +145,8 @@ static int begin_known(diag__row *row, const diag__row *parent, stein_status *st
     return *status == STEIN_OK && failed == 0;
 }
 
-static stein_status fit_row(const diag__problem *q, diag__row *row, const diag__row *parent,
-                            diag__start from, stein_err *err)
+static stein_status fit_row(const diag__problem *q, const diag__table *t, diag__row *row,
+                            const diag__row *parent, diag__start from, stein_err *err)
 {
     fit__problem *p = &row->p;
     fit__end e = {.x = row->x, .J = row->J, .r = row->r};
@@ -149,8 +156,9 @@ static stein_status fit_row(const diag__problem *q, diag__row *row, const diag__
         from = DIAG_KNOWN;
     }
     status = status == STEIN_ENOMEM ? status : diag__descend(p, &e, from, err);
-    status = status == STEIN_OK ? diag__recover(p, &e, err) : status;
-    status = status == STEIN_OK && q->scale_free ? settle_noise(q, row, &e, err) : status;
+    int lost = status == STEIN_OK && row->h.n > 0 && is_beaten(q, t, row);
+    status = status == STEIN_OK && !lost ? diag__recover(p, &e, err) : status;
+    status = status == STEIN_OK && q->scale_free ? settle_noise(q, row, lost, &e, err) : status;
     row->converged = e.ended;
     return status == STEIN_OK && !e.current ? fit__sensitivities(p, row->x, row->r, row->J, err)
                                             : status;
@@ -167,7 +175,7 @@ static stein_status note(diag__row *row, stein_err *err)
     row->rest = row->objective - fit__chi2(p, row->r);
     row->chi2_dof = fit__chi2_dof(p, row->r) * square;
     row->memory = memory_of(p, row->r);
-    row->relative = relative_of(p, row->r);
+    row->relative = diag__relative(p, row->r);
     return status;
 }
 
@@ -200,6 +208,7 @@ stein_status diag__evaluate(diag__problem *q, diag__table *t, const diag__propos
     row->rough = from->rough || (from->parent >= 0 && t->row[from->parent]->rough);
     row->objective = row->chi2_dof = row->relative = INFINITY;
     row->scale = row->memory = 1.0;
+    row->input_noise = q->input_noise;
     row->in = diag__mechanism_of(q, &row->h, err);
     if (row->in == NULL) {
         free(row);
@@ -215,7 +224,7 @@ stein_status diag__evaluate(diag__problem *q, diag__table *t, const diag__propos
             row->scale = q->scale_free && parent != NULL ? parent->scale : 1.0;
             diag__scale_noise(&row->p, row->scale);
             diag__start how = from->parent < 0 ? DIAG_IF_FAR : from->held ? DIAG_HELD : DIAG_FREE;
-            status = fit_row(q, row, parent, how, &why);
+            status = fit_row(q, t, row, parent, how, &why);
             status = status == STEIN_OK ? note(row, &why) : status;
             status = status == STEIN_OK ? diag__bodies_exist(row, &why) : status;
         }
@@ -266,8 +275,9 @@ static void scale_scatter(diag__row *row, const double *f)
  * 1.5 % off with a standard deviation of 0.3 %, and is 1.2 % off with one of 1.1 % from central
  * differences and steps ten times finer. So what is reported is fitted to its end with those. And
  * with the scatter that was found instead of that of the prior: where records do not differ, their
- * own friction would take part of an effect, and the interval would not know. */
-static stein_status refine(diag__row *row, stein_err *err)
+ * own friction would take part of an effect, and the interval would not know. A fit that need not
+ * come nearer its minimum than by what a search takes for nothing goes on as in the search. */
+static stein_status refine(diag__row *row, double within, stein_err *err)
 {
     fit__problem *p = &row->p;
     double coarse = p->tolerance, to[LAB_SCATTERS], back[LAB_SCATTERS];
@@ -277,9 +287,9 @@ static stein_status refine(diag__row *row, stein_err *err)
     }
     fit__end e = {.x = row->x, .J = row->J, .r = row->r};
     scale_scatter(row, to);
-    p->central = 1;
-    p->tolerance = finer * coarse;
-    stein_status status = fit__descend(p, &e, 0, refined, REFINEMENTS, err);
+    p->central = within < enough;
+    p->tolerance = within < enough ? finer * coarse : coarse;
+    stein_status status = fit__descend(p, &e, 0, within, REFINEMENTS, err);
     row->converged |= e.ended;
     if (status == STEIN_OK && !e.current) {
         status = fit__sensitivities(p, row->x, row->r, row->J, err);
@@ -294,7 +304,7 @@ static stein_status refine(diag__row *row, stein_err *err)
     return status;
 }
 
-stein_status diag__refine_row(diag__row *row, stein_err *err)
+stein_status diag__refine_row(diag__row *row, double within, stein_err *err)
 {
     const fit__problem *p = &row->p;
     size_t n = (size_t)p->nu + (size_t)p->np + fit__offset(p, p->nstroke), nJ = fit__columns(p);
@@ -313,7 +323,7 @@ stein_status diag__refine_row(diag__row *row, stein_err *err)
     }
     memcpy(room, row->x, sizeof *room * n);
     memcpy(room + n, row->J, sizeof *room * nJ);
-    stein_status status = refine(row, &why);
+    stein_status status = refine(row, fmax(refined, within), &why);
     if (status != STEIN_OK || !isfinite(row->objective)) { // no finite derivatives: as it was
         memcpy(row->x, room, sizeof *room * n);
         memcpy(row->J, room + n, sizeof *room * nJ);

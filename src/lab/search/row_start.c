@@ -10,7 +10,7 @@
 #include "search.h"
 
 static const double longest_start = 3.0; /* of an amount [limits] */
-static const double least_start = 0.02;  /* of a compliance, which has no 0 */
+static const double least_start = 1e-3;  /* of a compliance, which has no 0 */
 
 int diag__counterpart(const fit__problem *to, const fit__problem *from, int stroke,
                       const fit__unknown *u)

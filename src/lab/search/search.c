@@ -9,6 +9,7 @@
  * may be as good (they are its rivals) and those with a cause less; where it leaves more, those
  * with the least expected objective.
  */
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 
@@ -20,9 +21,11 @@ enum {
     PROPOSALS = 12,
     TRIED_FAR = 4,
     TRIED_NEAR = 10,
+    BROKEN = 4, /* one after the other that are no rivals of the best row */
     FREE_RECORDS = 16,
     FAR_RECORDS = 6,
     HELD_RECORDS = 5,
+    MANY = 5,  /* records for a cause */
     TRIES = 3, /* fits of one hypothesis because a better end is expected */
     HELD = 1,
     FREE = 2
@@ -35,7 +38,7 @@ static const double slack = 0.05;     /* of chi2/dof: no law is exactly that of 
 static const double by_chance = 3.0;  /* sd of chi2/dof: more is looked into */
 static const double guessed = 2.25;   /* chi2/dof: estimated noise may be a half too small */
 static const double twice = 2.0;      /* few draws show the share of inputs to a factor of two */
-static const double matters = 0.05;   /* such a share: the noise is no longer as stated */
+static const double matters = 0.5;    /* such a share: the noise is no longer as stated */
 const double diag__convincing = 9.2;  /* of -2 ln L: odds of 1 to 100 */
 static const double rounding = 12.0;  /* of -2 ln L that linear predictions miss near the end */
 const double diag__least_gain = 25.0; /* of -2 ln L: a cause is named from there on */
@@ -50,13 +53,17 @@ double diag__most_noise(const diag__problem *q, const fit__problem *p)
     return (fit__noise_given(p) ? fmin(most, guessed) : guessed) + twice * q->input_noise;
 }
 
+/* is what a row leaves as small as noise, with what noise of measured forces adds? */
+static int is_small(const diag__row *row)
+{
+    double sd = sqrt(2.0 / fmax(1.0, row->p.samples - row->p.nu));
+    double most = fit__noise_given(&row->p) ? 1.0 + by_chance * sd : guessed;
+    return row->chi2_dof <= most + twice * row->input_noise;
+}
+
 int diag__leaves_noise(const diag__row *row)
 {
-    if (diag__scatters_most(row->D)) {
-        return 0; // records would differ by more than friction does
-    }
-    double sd = sqrt(2.0 / fmax(1.0, row->p.samples - row->p.nu));
-    return row->chi2_dof <= (fit__noise_given(&row->p) ? 1.0 + by_chance * sd : guessed);
+    return is_small(row) && !diag__scatters_most(row->D); // records differ no more than friction
 }
 
 diag__row *diag__incumbent(const diag__problem *q, const diag__table *t)
@@ -153,6 +160,22 @@ static const diag__proposer *const proposer[] = {
     &diag__propose_merge, &diag__propose_drop,  &diag__propose_restart, &diag__propose_twin};
 enum { PROPOSERS = sizeof proposer / sizeof *proposer };
 
+/* One of two causes may be enough, and a linear model cannot tell where the effect of an amount is
+ * bent: the one that is expected to explain more is fitted before both. */
+static void one_before_both(diag__proposal *list, int n)
+{
+    for (int i = 0; i < n; i++) {
+        int best = -1;
+        for (int k = 0; k < n && list[i].source == 'P'; k++) {
+            int part = list[k].source == 'A' && diag__contains(&list[i].h, &list[k].h);
+            best = part && (best < 0 || list[k].expected < list[best].expected) ? k : best;
+        }
+        if (best >= 0 && !(list[best].value < list[i].value)) {
+            list[best].value = list[i].value - 1.0;
+        }
+    }
+}
+
 /* @param list  [PROPOSERS * PROPOSALS] out, the most valuable ones first  @return how many */
 static int collect(const diag__problem *q, const diag__table *t, const diag__linear *l,
                    diag__proposal *list)
@@ -165,8 +188,12 @@ static int collect(const diag__problem *q, const diag__table *t, const diag__lin
     for (int i = 0; i < n; i++) {
         list[i].parent = row;
         list[i].held = l->gain > 0.0;
-        list[i].value = list[i].source == 'L' ? -INFINITY : value_of(q, l, excess, &list[i]);
+        int idle = list[i].source == 'D' && list[i].expected < l->row->objective + worth;
+        list[i].value = idle                    ? -INFINITY
+                        : list[i].source == 'L' ? -DBL_MAX
+                                                : value_of(q, l, excess, &list[i]);
     }
+    one_before_both(list, n);
     qsort(list, (size_t)n, sizeof *list, by_value);
     return n;
 }
@@ -197,7 +224,7 @@ static int is_worth(const diag__problem *q, const diag__table *t, const diag__li
 {
     const diag__row *best = diag__incumbent(q, t), *had = diag__find(t, &p->h);
     int again = p->source == 'R';
-    if (again && (l->row->source == 'R' || diag__leaves_noise(l->row))) {
+    if (again && (l->row->source == 'R' || is_small(l->row))) {
         return 0; // its fit has ended where nothing is left, or is another start already
     }
     if (again ? diag__tries(t, &p->h, 'R', p->parent) > 0 : diag__tries(t, &p->h, 0, -1) >= TRIES) {
@@ -206,7 +233,7 @@ static int is_worth(const diag__problem *q, const diag__table *t, const diag__li
     // look-alikes: where the best row is no answer yet, or the noise that would tell is unknown
     if (p->source == 'L') {
         int other = had == NULL || (had->source == 'L' && has_start(p) && !diag__leaves_noise(had));
-        return other && l->row == best && (q->scale_free || !diag__leaves_noise(best));
+        return other && l->row == best && (q->scale_free || !is_small(best));
     }
     if (had != NULL && p->source != 'R' && !(p->expected < had->objective - rounding) &&
         (diag__leaves_noise(had) || had->source == p->source || l->gain == 0.0)) {
@@ -243,11 +270,11 @@ static stein_status expand(diag__problem *q, diag__table *t, diag__row *row, int
     row->expanded |= look;
     stein_status status = diag__linearise(q, row, gain, records, &l, &why);
     int n = status == STEIN_OK ? collect(q, t, &l, list) : 0, tried = 0;
-    int most = diag__leaves_noise(row) ? TRIED_NEAR : TRIED_FAR, found = 0;
+    int most = diag__leaves_noise(row) ? TRIED_NEAR : TRIED_FAR, found = 0, broken = 0;
     for (int i = 0; i < n && !found && status == STEIN_OK && !diag__is_spent(q); i++) {
         diag__row *one = NULL;
         int twin = list[i].source == 'L'; // before more causes are asked for
-        if ((twin || tried < most) && is_worth(q, t, &l, &list[i])) {
+        if ((twin || (tried < most && broken < BROKEN)) && is_worth(q, t, &l, &list[i])) {
             status = diag__try(q, t, &list[i], &one, err);
             tried += !twin;
         }
@@ -257,6 +284,10 @@ static stein_status expand(diag__problem *q, diag__table *t, diag__row *row, int
         }
         found = !diag__leaves_noise(row) && one != NULL && diag__is_possible(q, one) &&
                 diag__leaves_noise(one);
+        if (one != NULL && !twin) { // as long as fits keep what the linear model promises
+            int far_behind = one->objective > diag__incumbent(q, t)->objective + diag__least_gain;
+            broken = far_behind ? broken + 1 : 0;
+        }
     }
     diag__linear_free(&t->last); // of the incumbent where it is the last one that was expanded
     t->last = l;
@@ -362,7 +393,10 @@ static stein_status with_settings(diag__problem *q, diag__table *t, stein_err *e
     if (q->nsetting == 0 || !unsure) {
         return STEIN_OK;
     }
-    stein_status status = null != NULL ? loosen(q, t, null, err) : STEIN_OK;
+    // settings that are off in every record by another amount are not explained by few causes
+    int told = best->h.n > 0 && MANY * best->h.n <= best->p.nstroke && diag__leaves_noise(best) &&
+               null != NULL && null->chi2_dof > noise_like;
+    stein_status status = null != NULL && !told ? loosen(q, t, null, err) : STEIN_OK;
     status = status == STEIN_OK && best->h.n > 0 ? loosen(q, t, best, err) : status;
     return status == STEIN_OK && diag__incumbent(q, t)->rough ? expand_all(q, t, err) : status;
 }

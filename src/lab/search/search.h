@@ -112,11 +112,12 @@ typedef struct diag__row {
     double scale; /* of the noise in p beside that of file or audit, > 1 where it is estimated with
                    * the fit */
     double price; /* of causes whose record was chosen */
-    double objective; /* -2 ln marginal likelihood (Laplace), and the price */
-    double rest;      /* what of it are priors, volumes and the price */
-    double chi2_dof;  /* in noise of file or audit */
-    double memory;    /* samples that the residual is alike over */
-    double relative;  /* RMS residual in that of the motion */
+    double objective;   /* -2 ln marginal likelihood (Laplace), and the price */
+    double rest;        /* what of it are priors, volumes and the price */
+    double chi2_dof;    /* in noise of file or audit */
+    double memory;      /* samples that the residual is alike over */
+    double input_noise; /* of the problem, as it was known then */
+    double relative;    /* RMS residual in that of the motion */
     int converged;
     char *failed; /* why it has no numbers; NULL: it has */
     char source;  /* letter of the proposer */
@@ -220,6 +221,7 @@ double diag__price(const diag__problem *q, int cause);
 diag__hypothesis diag__with(diag__hypothesis h, int k);
 diag__hypothesis diag__without(diag__hypothesis h, int k);
 int diag__has(const diag__hypothesis *h, int k);
+int diag__contains(const diag__hypothesis *whole, const diag__hypothesis *part);
 int diag__equals(const diag__hypothesis *a, const diag__hypothesis *b);
 /** Where cause number i of a row is among its unknowns. */
 int diag__unknown_at(const diag__row *row, int i);
@@ -273,6 +275,8 @@ stein_status diag__descend(fit__problem *p, fit__end *e, diag__start from, stein
 /** What scatters from record to record stays as it is, or moves. While an observer holds, it would
  *  cost half of the derivatives and explain little. */
 void diag__hold_scatter(fit__problem *p, int hold);
+/** RMS of residuals r over RMS of the measured motion about its mean, both in noise. */
+double diag__relative(const fit__problem *p, const double *r);
 /** Samples between two corrections of the observer in these records. */
 int diag__stride_of(const fit__problem *p);
 /** The records of a problem, only the records' own unknowns fitted, the others as they are in x.
@@ -291,8 +295,9 @@ stein_status diag__evaluate(diag__problem *q, diag__table *t, const diag__propos
                             diag__row **out, stein_err *err);
 /** Noise of the records in p times a factor. */
 void diag__scale_noise(fit__problem *p, double factor);
-/** A row to the end of its fit, with central differences and fine steps. @return OK, ENOMEM */
-stein_status diag__refine_row(diag__row *row, stein_err *err);
+/** A row to the end of its fit, with central differences and fine steps where it is to come near.
+ *  @param within  of the objective  @return OK, ENOMEM */
+stein_status diag__refine_row(diag__row *row, double within, stein_err *err);
 void diag__row_free(diag__row *row);
 
 /* ---- table.c ---- */

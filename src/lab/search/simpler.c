@@ -9,10 +9,13 @@
 
 #include "proposing.h"
 
+enum { STARTS = 3 };                 /* of one proposal */
 enum { TRIES = 3 };                  /* fits of one hypothesis because a better end is expected */
 static const double near = 25.0;     /* chi2/dof: a fit that ended further off may have been lost */
 static const double nearer = 0.25;   /* share of the null's chi2/dof: so it has */
 static const double rounding = 12.0; /* of -2 ln L that linear predictions miss near the end */
+static const double unended = 50.0;  /* the same that a fit may end above its minimum */
+static const double shorter = 0.1;   /* of an amount, where a fit begins anew */
 static const double idle = 1.96;     /* sd: an amount that may be 0 */
 
 /* Rows of a hypothesis; of those that one proposer made, the ones from other rows than `parent`. */
@@ -27,14 +30,43 @@ int diag__tries(const diag__table *t, const diag__hypothesis *h, char source, in
     return n;
 }
 
+/* Has the fit of a row with causes more than its parent ended above that one, which it contains? */
+static int is_behind(const diag__problem *q, const diag__row *row, const diag__row *parent)
+{
+    int more = row->h.n > parent->h.n && diag__contains(&row->h, &parent->h);
+    return more && !parent->superseded && row->rough == parent->rough && row->failed == NULL &&
+           !q->scale_free && row->objective > parent->objective + unended;
+}
+
+/* the same from smaller amounts of the new causes: the linear model has promised too much */
+static void shorten(diag__proposal *p, const diag__row *parent)
+{
+    for (int i = 0; i < p->h.n; i++) {
+        p->amount[i] *= diag__has(&parent->h, p->h.cause[i]) ? 1.0 : shorter;
+    }
+}
+
 /* fits a proposal, and tells the trace */
 stein_status diag__try(diag__problem *q, diag__table *t, const diag__proposal *p, diag__row **one,
                        stein_err *err)
 {
+    diag__proposal from = *p;
+    const diag__row *parent = p->parent >= 0 ? t->row[p->parent] : NULL;
+    stein_status status = STEIN_OK;
     *one = NULL;
-    stein_status status = diag__evaluate(q, t, p, one, err);
-    if (*one != NULL && q->trace != NULL) {
-        diag__trace_row(q->trace, q, t, *one);
+    for (int k = 0; k < STARTS && status == STEIN_OK; k++) {
+        diag__row *row = NULL;
+        status = diag__evaluate(q, t, &from, &row, err);
+        if (row != NULL && q->trace != NULL) {
+            diag__trace_row(q->trace, q, t, row);
+        }
+        if (row != NULL && (*one == NULL || row->objective < (*one)->objective)) {
+            *one = row;
+        }
+        if (row == NULL || parent == NULL || diag__is_spent(q) || !is_behind(q, row, parent)) {
+            break;
+        }
+        shorten(&from, parent);
     }
     return status;
 }

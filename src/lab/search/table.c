@@ -29,6 +29,15 @@ int diag__has(const diag__hypothesis *h, int k)
     return 0;
 }
 
+int diag__contains(const diag__hypothesis *whole, const diag__hypothesis *part)
+{
+    int yes = 1;
+    for (int i = 0; i < part->n; i++) {
+        yes &= diag__has(whole, part->cause[i]);
+    }
+    return yes;
+}
+
 diag__hypothesis diag__with(diag__hypothesis h, int k)
 {
     int at = h.n;
