@@ -103,7 +103,7 @@ simulation: {dt: 1 ms, until: 0.1 s}
 END
 claim 0 "a door on two hinges" "$stein" simulate "$dir/door.yaml" --json
 says "is told that its forces are not determined" \
-    '^stein: not determined by the motion: "upper", "lower"; more conditions or contacts hold the same than are needed'
+    '^stein: not determined by the motion: "upper", "lower"; more conditions, contacts or motions hold the same than are needed'
 holds "in the object as well" "v['undetermined'] == ['upper', 'lower']"
 claim 0 "the same, checked" "$stein" check "$dir/door.yaml" --json
 says "is told it too" '^stein: not determined by the motion: "upper", "lower"'

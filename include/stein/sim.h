@@ -187,10 +187,10 @@ stein_status stein_load_place(stein_sim *sim, stein_err *err);
 double stein_read(stein_sim *sim, int channel);
 /** Channel by name. @return OK, ENAME */
 stein_status stein_read_name(stein_sim *sim, const char *name, double *value, stein_err *err);
-/** Is a reading determined by the motion in the present state? Not where conditions of loops and
- *  couplings are redundant and it is a reaction in which their forces have a part, nor where
- * several contacts hold the same by friction that sticks and it is the friction of one, or a
- * reaction: then it is one of many that are possible.
+/** Is a reading determined by the motion in the present state? Not if it is a reaction in which
+ *  forces of redundant conditions of loops and couplings have a part. Not if it is the friction of
+ *  a contact that sticks where other contacts or a prescribed motion hold the same, or a reaction
+ *  through which that friction goes. Then it is one of many that are possible.
  *  @return 1: yes, or no such channel; 0: no, or the state has no accelerations */
 int stein_is_determined(stein_sim *sim, int channel);
 

@@ -555,8 +555,11 @@ stein_status stein__stick_look(stein_sim *sim);
 double stein__stick_rate(stein_sim *sim, int place);
 /* do two rows hold the same? 1, -1: against each other; 0: no */
 int stein__stick_alike(const stein__sticks *s, int a, int b);
-/* stick_events.c: do places hold the same by friction of which the motion gives the sum only? Those
- * of a contact and of others; -1: of any */
+/* stick_events.c: can the force of a row be another one, with others that change with it or, where
+ * nothing can move, by itself? */
+int stein__stick_is_open(const stein_sim *sim, int row);
+/* is the friction of a contact one of many that are possible: does it share with others, or sticks
+ * where nothing can move? */
 int stein__stick_shares(const stein_sim *sim, int contact);
 /* stick_events.c: what every place does at the present speeds and forces */
 void stein__stick_begin(stein_sim *sim);

@@ -121,15 +121,16 @@ static double product(const double *a, const double *b, int n)
     return sum;
 }
 
-/* is there anything that a force at this row moves? */
+/* Is there nothing that a force at this row moves? What is prescribed counts with its mass: beside
+ * it the rounding of a direction moves nothing. */
 static int is_locked(const stein_sim *sim, int r)
 {
     int nq = sim->model->nq;
-    const double *row = sim->hold.G + r * nq, *x = sim->hold.X + r * nq;
+    const double *row = sim->hold.G + r * nq;
     double usual = 0.0;
     for (int j = 0; j < nq; j++) {
         double m = sim->M[j * nq + j];
-        usual += x[j] != 0.0 && m > 0.0 ? row[j] * row[j] / m : 0.0;
+        usual += m > 0.0 ? row[j] * row[j] / m : 0.0;
     }
     return !(sim->hold.S[r * sim->hold.nrow + r] > locked * usual);
 }
