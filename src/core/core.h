@@ -178,7 +178,9 @@ typedef struct stein__loops {
     unsigned char *role, *used, *kept; /* [nq] of a joint; [nrow] has a pivot; [nq] stays */
     int rank_found, nfree;
     int rank;      /* of J where the loops are closed, -1: not known yet */
-    double narrow; /* smallest pivot since that was set to 1: little near a singular position */
+    int watches;   /* 1: narrow is kept */
+    double narrow; /* smallest pivot of the equilibrated J since that was set to 1: little near a
+                    * singular position, in any units */
 } stein__loops;
 
 #define STEIN__PARTED 4.0  /* times that: they no longer do */

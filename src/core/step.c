@@ -25,8 +25,7 @@
 static const double of_balls = 0.1;     /* of the tolerance: errors of each turn add up */
 static const double just_behind = 1e-3; /* the begin of a step, in steps */
 static const double at_once = 1e-12;    /* events that far apart are one, in steps */
-static const double singular =
-    0.02; /* a pivot of loops, in shares of its row: near a singular position */
+static const double singular = 0.02;    /* smallest pivot of loops: near a singular position */
 static const double sure = 1e-7; /* a root that far behind another one, in steps, is not it */
 enum { LOCATED = 2, LOCATED_STICKING = 200, MAX_ROOT_ITERATIONS = 80 };
 
@@ -272,7 +271,9 @@ stein_status stein__try(stein_sim *sim, double h, int implicit, stein_err *err)
     stein_status status = STEIN_OK;
     sim->loop.narrow = 1.0;
     if (implicit) {
+        sim->loop.watches = 1;
         status = sim->implicit->trial(sim, h, err);
+        sim->loop.watches = 0;
         implicit = sim->loop.narrow > singular;
         sim->counts.refused = implicit ? sim->counts.refused : "loops are near a singular position";
     }
