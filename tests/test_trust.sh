@@ -136,6 +136,26 @@ holds "its energy is right" "v['errors']['energy_share'] < 1e-4"
 claim 3 "with fixed steps that its friction is too stiff for" "$stein" simulate "$dir/block.yaml" --integrator rk4
 says "the contact is named" 'contact "f" needs .* s or less'
 
+# ---- a block on a slope that dry friction would hold
+cat >"$dir/slope.yaml" <<'END'
+mechanism: slope
+bodies:
+  along: {joint: T x, mass: 0}
+  box: {parent: along, joint: T z, mass: 52 g, points: {c: [0, 0, 0]}}
+contacts:
+  floor: {between: [{point: box.c}, {line: {on: frame, at: [0, 0, 0], facing: 84 deg}}], normal: {c: 1e4 N/m, D: 0.5 s/m}, friction: {A: 0.6, vt: 0.02 m/s}}
+outputs: {x: {joint: along, read: position}, v: {joint: along, read: speed}}
+simulation: {dt: 1 ms, until: 3 s}
+END
+claim 0 "a block on a slope, smooth friction" "$stein" simulate "$dir/slope.yaml"
+says "creeps, which is told with what helps" '^stein: contact "floor" creeps at 0\.0035 m/s below its limit .*stick: yes'
+sed 's/vt: 0.02 m.s/stick: yes/' "$dir/slope.yaml" >"$dir/stuck.yaml"
+claim 0 "with that" "$stein" simulate "$dir/stuck.yaml" --json
+holds "it stays where it stuck" "abs(v['final']['v']) < 1e-5 and abs(v['final']['x']) < 1e-4"
+if [ -s "$dir/err" ]; then fail "says nothing"; else pass; fi
+claim 0 "on a slope that is too steep" "$stein" simulate "$dir/slope.yaml" --set floor.line.facing=50deg
+if grep -q creeps "$dir/err"; then fail "it slides, and does not creep"; else pass; fi
+
 # ---- a pendulum that is chaotic
 claim 0 "a motion that amplifies differences" "$stein" simulate models/double_pendulum.yaml --until 10s
 says "says from when on its positions are not determined" '^stein: positions are not determined after [789]\.'
