@@ -13,15 +13,15 @@
  *      stick.c           friction that sticks             stick_events.c when it begins and ends
  *      space.c           contacts in space                status.c       errors
  *      handover.c        parameters from a thread         elementary.c   far and rare functions
- *      identity.c        one hash of all that computes    reaction.c     what joints transmit
- *      abreast.c         places side by side in a register
+ *      identity.c        one hash of all that computes    reaction*.c    what joints transmit
+ *      contact_lanes.c   sites in lanes of a register     determined.c   what the motion determines
  *
  *   with the types of real.h, compiled again for each number of lanes
  *      layout.c          memory                           contact.c      spots: where and how deep
  *      inputs.c          external signals                 notch.c        the notch and its memory
- *      forces.c          all other forces, qdd            touch.c        touching pairs, their laws
+ *      forces.c          all other forces, qdd            contact_sites.c  sites and their laws
  *      trial.c           RK4, DP5                         table.c        laws given by points
- *      dense_output.c    within a trial step              laws.h, elementary.h, plane.h  inline
+ *      dense_output.c    within a trial step              laws.h, elementary.h, planar.h  inline
  *
  *   of many, and of derivatives
  *      lanes.c           trial steps in lanes             tangent.c      derivatives of forces
@@ -40,9 +40,9 @@
 #ifndef STEIN_CORE_H
 #define STEIN_CORE_H
 
-#include "abreast.h"
+#include "contact_lanes.h"
 #include "laws.h"
-#include "plane.h"
+#include "planar.h"
 #include "stein/sim.h"
 
 #ifdef __FAST_MATH__
@@ -256,11 +256,11 @@ struct stein_sim {
     limb *limb; /* [nframe] */
     site *site; /* [nsite] spots, then three a notch: tip, corner, face */
     int nsite;
-    stein__abreast abreast; /* how plain sites are pressed */
-    int *pressing;          /* [npressing] what presses, in order: a site, or -1: the next group */
-    int npressing;          /* -1: not known */
-    stein__group *group;    /* [nsite] */
-    unsigned char *as_of;   /* [nguard] the modes that this belongs to */
+    stein__contact_kernel kernel; /* forces of plain sites */
+    int *active; /* [nactive] contacts that are on, in order: a site, or -1: the next group */
+    int nactive; /* -1: not known */
+    stein__group *group;  /* [nsite] */
+    unsigned char *as_of; /* [nguard] the modes that this belongs to */
 
     /* result of the last evaluation (stein__evaluate) */
     real *qdd;        /* [nq] */
@@ -404,7 +404,7 @@ void stein__substitute_general(int n, const double *A, const int *pivot, double 
 /* state.c: the block without a state, but as that of this model */
 void stein__state_clear(stein_sim *sim);
 
-/* touch.c: where the numbers of all pairs are, once for a simulation */
+/* contact_sites.c: where the numbers of all pairs are, once for a simulation */
 INNER void stein__gather(stein_sim *sim);
 /* parameters have changed */
 INNER void stein__pairs_prepare(stein_sim *sim);
@@ -421,8 +421,8 @@ double stein__spot_bias(const stein_sim *sim, int spot, const touch *t);
 #endif
 INNER void stein__site_forces(stein_sim *sim);
 #if STEIN_LANES == 1
-/* what presses in the present modes */
-void stein__find_pressing(stein_sim *sim);
+/* which contacts are on, in the present modes */
+void stein__find_active(stein_sim *sim);
 #endif
 
 /* a force on a frame's body at a place of the fixed frame */

@@ -108,7 +108,7 @@ static int assemble(stein_sim *sim, double *A, double *M, double *b)
 }
 
 /* Does a touch press by the end of a step of h? */
-static int presses(const touch *t, double h)
+static int touches_within(const touch *t, double h)
 {
     return fmax(t->depth, t->depth + h * t->rate) > 0.0;
 }
@@ -124,7 +124,7 @@ static int solve(stein_sim *sim, double h, double *b)
     }
     for (int k = 0; k < sim->ntouch; k++) {
         const touch *t = &sim->touch[k];
-        if (!presses(t, h)) {
+        if (!touches_within(t, h)) {
             continue;
         }
         tangent f = linear(t, h, fmax(t->depth, little));
@@ -192,7 +192,7 @@ static int is_too_long(stein_sim *sim, double h, double share)
     }
     for (int k = 0; k < sim->ntouch; k++) {
         const touch *t = &sim->touch[k];
-        if (presses(t, h)) {
+        if (touches_within(t, h)) {
             tangent f = linear(t, h, fmax(fmax(t->depth, t->depth + share * h * t->rate), little));
             if (h * (f.B + h * f.K) * per_mass(sim, t, sim->work) > too_long) {
                 return 1;

@@ -186,7 +186,7 @@ INNER stein_status stein__trial(stein_sim *sim, real t, real h, stein_err *err)
     copy(sim->qdd0, sim->qdd, nq);
     copy(sim->k, sim->qd, nq);
 #if STEIN_LANES == 1
-    stein__find_pressing(sim);
+    stein__find_active(sim);
 #endif
     sim->inside = IN_STAGE;
     for (int i = 1; status == STEIN_OK && i < rk->stages; i++) {
