@@ -1,15 +1,15 @@
 /* SPDX-License-Identifier: MIT
  * contact.c - contact spots: where two primitives meet, how deep, how fast, with what force.
  *
- * Every pair of points, circles and one-sided lines is one of two cases (a point is a circle of
- * radius 0; two lines touch at the ends of the first, written out as two spots by the reader):
+ * Every pair of points, circles and one-sided lines is one of two cases. A point is a circle of
+ * radius 0. Two lines touch at the ends of the first one; the reader writes them as two spots.
  *
  *      x = r0 + r1 - (P0 - P1).n      circle on line:    n the line's normal, r1 = 0
  *                                     circle on circle:  n from P1 to P0
  *
  * less `gap` for worn surfaces. x is the deformation, n points from side 1 to side 0, t is n turned
- * by -90 degrees. The force on side 0 is f_n n - mu(v) f_n t with xdot and v from the velocities of
- * the two material points at the place of contact; side 1 gets the opposite force at the same
+ * by -90 degrees. The force on side 0 is f_n n - mu(v) f_n t, with xdot and v from the velocities
+ * of the two material points at the place of contact. Side 1 gets the opposite force at the same
  * place. Closed forms only: an iterative closest-point search would buy nothing for these shapes
  * and cost determinism of time.
  */

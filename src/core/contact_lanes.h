@@ -16,9 +16,9 @@ typedef struct stein__each {
     double of[STEIN__MOST_TOGETHER];
 } __attribute__((aligned(16))) stein__each;
 
-/** Up to STEIN__MOST_TOGETHER contacts of a point with a line: parameters, and pointers to the poses
- *  and wrenches of their bodies. Laws are polynomials with damping, friction a tanh. Unused lanes
- *  repeat the last place. */
+/** Up to STEIN__MOST_TOGETHER contacts of a point with a line: parameters, and pointers to the
+ * poses and wrenches of their bodies. Laws are polynomials with damping, friction a tanh. Unused
+ * lanes repeat the last place. */
 typedef struct stein__group {
     stein__each at[4];                     /* x, z of a point of each body: the point, the line */
     stein__each line[2];                   /* normal of the line, on the second body */

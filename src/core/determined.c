@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * determined.c - whether a reading is determined by the motion.
  *
- * Forces that do no work together can have any size: those of redundant conditions of loops
- * (reaction_loops.c), and those of friction that sticks at places whose rows of G depend on each
+ * Forces that do no work together can have any size. Such are the forces of redundant conditions of
+ * loops (reaction_loops.c), and of friction that sticks at places whose rows of G depend on each
  * other (stick.c). A reading is determined if it does not change with any of them.
  *
  * Rows of friction count as dependent up to STEIN__ALIKE, so parts of a reading that cancel out do

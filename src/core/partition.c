@@ -82,8 +82,9 @@ static void eliminate(stein_sim *sim, int i, int j)
 
 /* Rows of a loop that have the same unit get one factor, columns one each, so that the largest
  * element of each group of rows and of each column is about 1. Elements are then shares of what a
- * joint does to a loop at most, whatever its unit is and however long its arms are; a row that is
- * small beside the others of its group stays small. Factors of rows are in best, of columns in y.
+ * joint does to a loop at most, whatever its unit is and however long its arms are. A row that
+ * is small beside the others of its group stays small. Factors of rows are in best, of columns in
+ * y.
  */
 static void equilibrate(stein_sim *sim)
 {

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT
  * reaction_loops.c - the forces of loops in reactions.
  *
- * The forces of loops are what the joints that nothing moves still lack, by virtual power: with w_k
- * the wrench of unit force k of a loop on its second body, and against it on the first one, and s_j
- * the twist of joint j on all that it carries,
+ * The forces of loops are what the joints that are not prescribed still lack, by virtual power.
+ * With w_k the wrench of unit force k of a loop on its second body, and the opposite one on the
+ * first, and with s_j the twist of joint j on all that it carries,
  *
  *      sum over k of (s_j . w_k) mu_k = (M qdd + c - Q)_j
  *
@@ -214,9 +214,9 @@ static int wrench_of_null(const work *k, int i, double most, wrench6 *w)
     return any;
 }
 
-/* The forces in null could have any size. They are taken for 0, and so for determined, if they
- * belong to no condition - across the plane of hinges whose axes are parallel in every position -
- * and no joint of the loop transmits anything in their direction. */
+/* The forces in null could have any size. They are taken for 0, and so for determined, if two
+ * things hold. They belong to no condition: they act across the plane of hinges whose axes are
+ * parallel in every position. And no joint of the loop transmits anything in their direction. */
 static int is_open(const work *k, double most)
 {
     const stein_sim *sim = k->sim;

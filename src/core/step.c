@@ -14,8 +14,8 @@
  * the force jumps, any accuracy at all.
  *
  * The work of a step is bounded. After LOCATED events, or where a contact ends where it has just
- * begun, what is left of the step is taken in one piece (step_remainder.c), and so is a step that
- * is too long for a contact. Friction that sticks needs every one of its events, 200 at most.
+ * begun, what is left of the step is taken in one piece (step_remainder.c). So is a step that is
+ * too long for a contact. Friction that sticks needs every one of its events, 200 at most.
  */
 #include <math.h>
 #include <string.h>

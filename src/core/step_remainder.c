@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT
  * step_remainder.c - what is left of a fixed step with more events than are located.
  *
- * Two Runge-Kutta steps at most, without any search: contacts that are met on the way are on from
- * the beginning, as their laws give no force before; everything else changes its mode at the end.
+ * Two Runge-Kutta steps at most, without any search. Contacts that are met on the way are on from
+ * the beginning, as their laws give no force before. Everything else changes its mode at the
+ * end.
  *
  *      trial --nothing met--> taken      --met--> on, trial again --> taken
  *        '---- a contact ends that has just begun: it is shorter than the step --> implicit
