@@ -142,7 +142,7 @@ typedef struct stein_step_counts {
  */
 void stein_steps_taken(const stein_sim *sim, stein_step_counts *counts);
 /** Tolerance of a step's error estimate with STEIN_CONTROLLED or STEIN_IMPLICIT, as in stein_pace
- * [rad or m], of which bodies that turn in all directions get a tenth, as the errors of every turn
+ * [rad or m]. Bodies that turn in all directions get a tenth of it, as the errors of every turn
  * add up; STEIN_TOLERANCE until it is set: an elastic ball that bounces 66 times on a contact
  * of 1 ms keeps its energy to 1e-7 with it. @return OK; EINVAL (not > 0 and finite) */
 #define STEIN_TOLERANCE 1e-12

@@ -256,7 +256,7 @@ static vec2 cross(double w, vec2 r)
     return (vec2){-w * r.z, w * r.x};
 }
 
-/* Acceleration of a frame's origin with qdd = 0: no frame then has an angular acceleration, and its
+/* Acceleration of a frame's origin with qdd = 0. No frame then has an angular acceleration, and its
  * joint moves in its parent with the velocity that is not that of the parent's material there. */
 static vec2 origin_bias(const stein_sim *sim, int frame)
 {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * contact_lanes.c - places of one simulation side by side in a register: depth, speeds, laws and
- * forces as contact.c and pair_force.h have them, operation by operation, so with the same bits.
+ * contact_lanes.c - places of one simulation side by side in a register. Depth, speeds, laws and
+ * forces are those of contact.c and pair_force.h, operation by operation, so with the same bits.
  * Two of them on every processor. Where a library is for processors with AVX2 as well, this file is
  * compiled once more, for four.
  */
