@@ -91,7 +91,7 @@ LANE_SRC  := src/core/lanes.c
 CORE_SRC  := $(filter-out $(LANE_SRC),$(CORE_SRC))
 CORE_OBJ  := $(call obj,$(CORE_SRC)) $(MODEL_NAMES:%=$(B)/obj/models/%.o) $(B)/obj/models/builtin.o \
              $(foreach w,$(WIDTHS),$(B)/obj/lanes$w/core.o $(MODEL_NAMES:%=$(B)/obj/lanes$w/%.o)) \
-             $(if $(filter 4,$(WIDTHS)),$(B)/obj/lanes4/abreast.o)
+             $(if $(filter 4,$(WIDTHS)),$(B)/obj/lanes4/contact_lanes.o)
 LAB_OBJ   := $(call obj,$(LAB_SRC) $(MODEL_SRC) $(GEN_SRC)) $(B)/obj/model_header.o \
              $(B)/obj/embedded.o $(B)/obj/identity_models.o $(B)/obj/structures.o
 HEADERS   := $(wildcard include/stein/*.h)
@@ -154,14 +154,14 @@ $(B)/obj/models/%.o: $(B)/models/%.c
 PLAIN_COMPLEX := $(shell $(CC) -fcx-limited-range -fno-signed-zeros -E -x c /dev/null >/dev/null 2>&1 && \
                    echo -fcx-limited-range -fno-signed-zeros)
 $(call obj,src/core/tangent.c): ALL_CFLAGS += $(PLAIN_COMPLEX)
-$(MODEL_NAMES:%=$(B)/obj/models/%.o) $(call obj,src/core/batch.c src/core/touch.c): \
+$(MODEL_NAMES:%=$(B)/obj/models/%.o) $(call obj,src/core/batch.c src/core/contact_sites.c): \
   ALL_CPPFLAGS += -DSTEIN_WIDEST=$(lastword $(WIDTHS))
 define wide
 $(B)/obj/lanes$(1)/%.o: ALL_CPPFLAGS += -DSTEIN_LANES=$(1)
 $(B)/obj/lanes$(1)/%.o: ALL_CFLAGS += $(WIDE_$(1))
 $(B)/obj/lanes$(1)/core.o: $(LANE_SRC) | $(B)/.gitignore
 	$$(compile)
-$(B)/obj/lanes$(1)/abreast.o: src/core/abreast.c | $(B)/.gitignore
+$(B)/obj/lanes$(1)/contact_lanes.o: src/core/contact_lanes.c | $(B)/.gitignore
 	$$(compile)
 $(B)/obj/lanes$(1)/%.o: $(B)/models/%.c
 	$$(compile)

@@ -5,8 +5,8 @@
  *      (sin a)' = cos a a'         (cos a)' = - sin a a'       (sqrt a)' = a' / (2 sqrt a)
  *
  * One sweep per known: a' is 1 for the argument itself and 0 for every other leaf, so independent
- * terms are 0 and leave no node. Everything is shared with the function and with the other sweeps;
- * even the derivative of the sine of a sum of angles is found to be the cosine of that sum, made of
+ * terms are 0 and leave no node. Everything is shared with the function and with the other sweeps.
+ * Even the derivative of the sine of a sum of angles is found to be the cosine of that sum, made of
  * the same four products.
  *
  * Along a direction (dq, dqd, dd, or dp for the setup) there is a single sweep, with the numbers of

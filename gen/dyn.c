@@ -14,9 +14,9 @@
  * M by composite bodies (Walker & Orin 1982, method 3; Featherstone): H_i = b_i + sum H_k and
  * I_i = K_i + sum (I_k + S(d_k, H_k)); column j is the force e x H_j and moment I_j e carried up.
  *
- * In a planar pair the terms of b x A and d x FF that come from BS are one pair of numbers,
- * PD = d.b and PC = (d x b).e, times omp and om^2: worth it near the root, not deep in a chain.
- * Rejected: expanding Lagrange's equations (Christoffel symbols), which grows with n^3.
+ * In a planar pair the terms of b x A and d x FF that come from BS are one pair of numbers, PD =
+ * d.b and PC = (d x b).e, times omp and om^2. That saves operations near the root, not deep in a
+ * chain. Rejected: expanding Lagrange's equations (Christoffel symbols), which grows with n^3.
  */
 #include <stdlib.h>
 

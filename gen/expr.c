@@ -2,7 +2,7 @@
  * expr.c - hash-consed expression graphs (see expr.h).
  *
  * Why folding at construction: a recursion that is written once for the general 3-D case meets
- * structural zeros, ones and signs at every step; removing them as nodes are made keeps the graph
+ * structural zeros, ones and signs at every step. Removing them as nodes are made keeps the graph
  * as small as the mechanism allows. Rejected: a computer algebra system's expand-and-collect, whose
  * cost explodes with the number of joints (SymPy needs minutes at six joints).
  */

@@ -12,7 +12,7 @@
  *      p[5] --/                                   C2 --/
  *
  * Signs are pulled outwards as nodes are made: -(a*b), a+(-b) and -(a-b) never store a negation
- * below another node, so an EX_NEG survives only where it is an output, and costs nothing there.
+ * below another node. So an EX_NEG survives only where it is an output, and costs nothing there.
  * Included by: this folder.
  */
 #ifndef GEN_EXPR_H

@@ -2,7 +2,7 @@
  * loops.c - conditions of closed loops and couplings on the coordinates: h(q) = 0 with J = dh/dq
  * and Jdot qd.
  *
- * Everything of a loop is written in the axes of the body on which both of its branches hang: the
+ * Everything of a loop is written in the axes of the body that carries both of its branches. The
  * joints below that body do not move the two points against each other, so their columns of J are
  * exactly 0, not expressions with the value 0. With d from the first point A to the second one B,
  * e_k the axes of A's body and f_k the axes of B's:

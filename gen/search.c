@@ -2,7 +2,7 @@
  * search.c - choose frames, pairs and gravity so that a function costs least.
  *
  * The recursion of dyn.c gives the same result whatever axes a body is worked out in, whichever
- * side of a joint the hinge arm is turned to, and so on; the number of operations differs by up to
+ * side of a joint the hinge arm is turned to, and so on. The number of operations differs by up to
  * a factor two. Building a graph takes less than a millisecond, so the choices are simply tried:
  * coordinate descent from a few starting points, within a budget of nodes. The result depends on
  * the structure of the mechanism alone, never on time, so that the text is the same on every run.

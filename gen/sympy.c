@@ -3,7 +3,8 @@
  *
  * Written out in full, without names for what is used more than once, so a text can be long: SymPy
  * would expand them all the same. Symbols have the names of the mechanism file, 'hammer.mass', and
- * 'q.BODY', 'qd.BODY', 'qdd.BODY' for coordinates, speeds and accelerations: as Symbol('...'), so
+ * 'q.BODY', 'qd.BODY', 'qdd.BODY' for coordinates, speeds and accelerations. They are written as
+ * Symbol('...'), so
  * that a parameter may be called "beta" or "lambda".
  */
 #include <math.h>

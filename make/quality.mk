@@ -24,12 +24,12 @@ tidy:  ## clang-tidy's analyser and bug checks
 
 # gcc 12 loses sight of what is stored behind two pointers and calls it a leak; tests/faults counts blocks
 # and takes complex numbers that a loop stores for none: the laws of tangent.c are those of the others;
-# it takes a shift of each lane for a shift of one bit: the laws of abreast.c are those of one lane
+# it takes a shift of each lane for a shift of one bit: the laws of contact_lanes.c are those of one lane
 ANALYZED := $(CORE_SRC) $(GEN_SRC) gen/main.c $(MODEL_SRC)
 analyze: models  ## cppcheck and gcc's analyser on core, generator and reader
 	$(Q)cppcheck --quiet --enable=warning,performance,portability --inline-suppr --std=c11 \
 	  --error-exitcode=1 -Iinclude -I$(B)/include -Isrc/core -Isrc/model -Igen $(ANALYZED)
-	$(Q)printf '%s\n' $(filter-out src/core/tangent.c src/core/abreast.c,$(ANALYZED)) | xargs -P$(JOBS) -I{} gcc -fanalyzer -Wno-analyzer-malloc-leak -Werror -O1 \
+	$(Q)printf '%s\n' $(filter-out src/core/tangent.c src/core/contact_lanes.c,$(ANALYZED)) | xargs -P$(JOBS) -I{} gcc -fanalyzer -Wno-analyzer-malloc-leak -Werror -O1 \
 	  -std=c11 $(ALL_CPPFLAGS) -c {} -o /dev/null
 
 # Every line and branch that the tests reach, of what is linked into the library and the lab. Without

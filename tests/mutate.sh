@@ -13,7 +13,7 @@ known=$PWD/tests/mutate/survivors.txt
 mkdir -p "$M"
 [ $# -gt 0 ] || set -- gen/dyn.c gen/emit.c gen/expr.c gen/frames.c gen/gen.c gen/kin.c gen/recombine.c \
     gen/search.c gen/setup.c gen/solve.c gen/tables.c gen/text.c src/core/law.c src/core/laws.h \
-    src/core/contact.c src/core/forces.c src/core/inputs.c src/core/touch.c src/core/notch.c \
+    src/core/contact.c src/core/forces.c src/core/inputs.c src/core/contact_sites.c src/core/notch.c \
     src/core/trial.c src/core/step.c src/core/adapt.c
 
 # the suites that can find a mistake in a file, quick ones first; SUITE.CASE is one case of a suite

@@ -56,6 +56,58 @@ holds "is used: it errs more" "v['errors']['deviation']['m'] > 1e-6"
 claim 2 "a tolerance of 0" "$stein" simulate "$dir/ball.yaml" --tolerance 0
 says "is none" 'tolerance 0: expected a positive number'
 
+# ---- the same ball at rest, and so fast that a step is longer than its contact
+claim 0 "a ball that lies on the floor" "$stein" simulate "$dir/ball.yaml" --set ball.initial.position=0 -o "$dir/rest.csv" --format csv-plain
+claim 0 "does not begin to bounce" awk -F, 'NR > 1 && ($2 > 1e-9 || $2 < -2.001 * 0.73 * 9.81 / 6.1e6) { bad = 1 } END { exit bad }' "$dir/rest.csv"
+claim 0 "a ball at 300 m/s" "$stein" simulate "$dir/ball.yaml" --set ball.initial.position=1 --set ball.initial.speed=-300 --until 50ms --json
+holds "does not pass the floor" \
+    "abs(v['final']['z'] - 300 * (0.05 - 1 / 300 - math.pi * math.sqrt(0.73 / 6.1e6))) < 0.02 and v['errors']['energy_share'] < 1e-9"
+
+# ---- a body without mass between two slides along one axis: one vibrates against the other
+cat >"$dir/xyx.yaml" <<'END'
+mechanism: xyx
+bodies:
+  a: {joint: T x, mass: 0}
+  b: {parent: a, joint: T y, mass: 1.3 kg}
+  c: {parent: b, joint: T x, mass: 0.7 kg, spring: {k: 10 N/m}, initial: {position: 0.1 m}}
+outputs: {a: {joint: a, read: position}, c: {joint: c, read: position}}
+simulation: {dt: 1 ms, until: 1 s}
+END
+claim 0 "slides along x, y, x, the first without mass" "$stein" simulate "$dir/xyx.yaml" --json
+holds "vibrate with the reduced mass" "abs(v['final']['c'] - 0.1 * math.cos(math.sqrt(10 * 2 / (1.3 * 0.7)))) < 1e-9"
+holds "about their centre" "abs(2 * v['final']['a'] + 0.7 * (v['final']['c'] - 0.1)) < 1e-9"
+
+# ---- a dead zone: free flights between two springs
+cat >"$dir/dead.yaml" <<'END'
+mechanism: dead
+gravity: [0, 0, 0]
+bodies:
+  load: {joint: R y, inertia: {yy: 0.013 kg m^2}, backlash: {k: 1e4 N m/rad, gap: 0.04 rad}, initial: {speed: 0.31 rad/s}}
+outputs: {q: {joint: load, read: position}, w: {joint: load, read: speed}}
+simulation: {dt: 100 us, until: 1 s}
+END
+period=$(python3 -c 'import math; print(4 * 0.04 / 0.31 + 2 * math.pi * math.sqrt(0.013 / 1e4))')
+claim 0 "a load with backlash" "$stein" simulate "$dir/dead.yaml" --until "$period" --json
+holds "is back after two flights and one swing" "abs(v['final']['q']) < 1e-5 and abs(v['final']['w'] - 0.31) < 1e-5"
+
+# ---- the same pendulums 10 000 times as small, of 1e-24 kg m^2, 100 times as fast
+for size in 1 1e-4; do
+    python3 - $size >"$dir/pendulums$size.yaml" <<'END'
+import sys
+s = float(sys.argv[1])
+m = 1e-12 * (s / 1e-4) ** 3
+print(f"""mechanism: pendulums
+bodies:
+  a: {{joint: R y, mass: {1e3 * m!r} kg, centre: [{s!r} m, 0, 0], inertia: {{yy: {100 * m * s * s!r} kg m^2}}}}
+  b: {{parent: a, at: [{2 * s!r} m, 0, 0], joint: R y, mass: {m!r} kg, centre: [{0.1 * s!r} m, 0, 0], inertia: {{yy: {1e-4 * m * s * s!r} kg m^2}}}}
+outputs: {{a: {{joint: a, read: position}}, b: {{joint: b, read: position}}}}
+simulation: {{dt: {1e-3 * s ** 0.5!r} s, until: {3 * s ** 0.5!r} s}}""")
+END
+    claim 0 "pendulums of size $size" "$stein" simulate "$dir/pendulums$size.yaml" --json
+    cp "$dir/out" "$dir/size$size"
+done
+holds "move alike" "all(abs(v['final'][k] - json.load(open('$dir/size1'))['final'][k]) < 1e-5 for k in 'ab') and v['trusted']"
+
 # ---- a motion that is too stiff for explicit steps: how many were implicit, and why
 claim 0 "a joint in thick oil" "$stein" simulate tests/validate/oil.yaml
 shows "its steps become implicit, and why" \
@@ -103,7 +155,7 @@ simulation: {dt: 1 ms, until: 0.1 s}
 END
 claim 0 "a door on two hinges" "$stein" simulate "$dir/door.yaml" --json
 says "is told that its forces are not determined" \
-    '^stein: not determined by the motion: "upper", "lower"; more conditions or contacts hold the same than are needed'
+    '^stein: not determined by the motion: "upper", "lower"; more conditions, contacts or motions hold the same than are needed'
 holds "in the object as well" "v['undetermined'] == ['upper', 'lower']"
 claim 0 "the same, checked" "$stein" check "$dir/door.yaml" --json
 says "is told it too" '^stein: not determined by the motion: "upper", "lower"'
@@ -135,6 +187,26 @@ holds "does not creep" "abs(v['final']['vx']) < 1e-5"
 holds "its energy is right" "v['errors']['energy_share'] < 1e-4"
 claim 3 "with fixed steps that its friction is too stiff for" "$stein" simulate "$dir/block.yaml" --integrator rk4
 says "the contact is named" 'contact "f" needs .* s or less'
+
+# ---- a block on a slope that dry friction would hold
+cat >"$dir/slope.yaml" <<'END'
+mechanism: slope
+bodies:
+  along: {joint: T x, mass: 0}
+  box: {parent: along, joint: T z, mass: 52 g, points: {c: [0, 0, 0]}}
+contacts:
+  floor: {between: [{point: box.c}, {line: {on: frame, at: [0, 0, 0], facing: 84 deg}}], normal: {c: 1e4 N/m, D: 0.5 s/m}, friction: {A: 0.6, vt: 0.02 m/s}}
+outputs: {x: {joint: along, read: position}, v: {joint: along, read: speed}}
+simulation: {dt: 1 ms, until: 3 s}
+END
+claim 0 "a block on a slope, smooth friction" "$stein" simulate "$dir/slope.yaml"
+says "creeps, which is told with what helps" '^stein: contact "floor" creeps at 0\.0035 m/s below its limit .*stick: yes'
+sed 's/vt: 0.02 m.s/stick: yes/' "$dir/slope.yaml" >"$dir/stuck.yaml"
+claim 0 "with that" "$stein" simulate "$dir/stuck.yaml" --json
+holds "it stays where it stuck" "abs(v['final']['v']) < 1e-5 and abs(v['final']['x']) < 1e-4"
+if [ -s "$dir/err" ]; then fail "says nothing"; else pass; fi
+claim 0 "on a slope that is too steep" "$stein" simulate "$dir/slope.yaml" --set floor.line.facing=50deg
+if grep -q creeps "$dir/err"; then fail "it slides, and does not creep"; else pass; fi
 
 # ---- a pendulum that is chaotic
 claim 0 "a motion that amplifies differences" "$stein" simulate models/double_pendulum.yaml --until 10s

@@ -47,8 +47,8 @@ stein_sim *stein_batch_sim(stein_batch *batch, int i);
 /** The same, only to be read: its lane keeps its state, which costs less. */
 stein_sim *stein_batch_look(stein_batch *batch, int i);
 
-/** One step of every simulation, as stein_step. Up to date between steps, without stein_batch_look:
- *  its time, the load's presence (stein_load_present), notch phases (stein_notch_phase), which
+/** One step of every simulation, as stein_step. Up to date between steps, without stein_batch_look,
+ * are its time, the load's presence (stein_load_present), notch phases (stein_notch_phase), which
  *  contacts touch (stein_touches), and the force of a contact that does not touch.
  *  @param status  [n] or NULL: out, of each place; OK where there is none
  *  @param err     of the first that fails

@@ -229,7 +229,7 @@ stein_status lab_data_rest(const lab_data *data, const lab_model *model, double 
                            stein_err *err);
 /** Compare the values at the start of the record with expected ones: every channel that differs by
  *  more than its tolerance is reported. The value is the mean of the rest at the start or, without
- *  one, the first sample where that is the instant of the trigger; otherwise, and where `expected`
+ *  one, the first sample where that is the instant of the trigger. Otherwise, and where `expected`
  *  is NAN, nothing is compared.
  *  @param expected, tolerance  [ncolumn] [SI]
  *  @return OK, EPARSE, ENOMEM */

@@ -8,7 +8,7 @@
  * REAL TIME
  *   stein_step, stein_run, stein_run_adaptive, stein_set, stein_set_all, stein_read, stein_save,
  *   stein_restore, stein_reset and stein_handover_take allocate nothing, take no lock, make no
- *   system call and touch neither errno nor the locale; the number of their operations is bounded.
+ * system call and touch neither errno nor the locale. The number of their operations is bounded.
  *   A fixed step of RK4 needs 4 evaluations, with two or more events at most 33. With friction that
  *   sticks at most 200 events a step are located. Hooks and signals of the user have to keep the
  *   same rules.

@@ -12,10 +12,10 @@ extern "C" {
 #endif
 
 /** Hash of standard work. It covers the elementary functions over their ranges and, of every
- *  mechanism, its equations and runs: with both integrators and with controlled steps, with the
- *  file's laws and with every law switched on. Two builds of one version have the same hash if they
- *  compute the same bits, with any compiler, options, processor and libm. Takes some tenths of a
- *  second.
+ * mechanism, its equations and runs. They are made with both integrators and with controlled steps,
+ * with the file's laws and with every law switched on. Two builds of one version have the same hash
+ * if they compute the same bits, with any compiler, options, processor and libm. Takes some tenths
+ * of a second.
  *  @param models  closed by NULL, e.g. stein_models of models.h
  *  @param hash    out: FNV-1a, 64 bits, over all numbers as IEEE doubles, lowest byte first
  *  @return OK, or what stein_sim_create returns for a mechanism as its file has it */

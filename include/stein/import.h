@@ -19,7 +19,7 @@ typedef struct lab_imported {
 } lab_imported;
 
 /** Treatment of an inertia that no body can have (a principal moment above the sum of the other
- * two): the import fails, or the inertia is accepted with a warning, or its three moments are made
+ * two). The import fails, or the inertia is accepted with a warning, or its three moments are made
  * equal.
  */
 typedef enum { LAB_INERTIA_REFUSE, LAB_INERTIA_ACCEPT, LAB_INERTIA_BALANCE } lab_inertia;

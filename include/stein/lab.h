@@ -117,8 +117,8 @@ lab_stroke_def lab_stroke_def_default(const stein_model *model);
  *
  *  rearmed: with the load lifted (`release`), the beak is under the roof and overlaps it and the
  *  hammer is at rest at the end (below 0.5 rad/s relative to its parent). Without a release it is
- * found after the run: the load is lifted from the final state, and the motion continues for 0.5 s
- * or until rest (no coordinate faster than 1e-3 rad/s or m/s at four times 5 ms apart). Then the
+ * found after the run. The load is lifted from the final state, and the motion continues for 0.5
+ * s or until rest (no coordinate faster than 1e-3 rad/s or m/s at four times 5 ms apart). Then the
  * final state is restored.
  *
  *  @return OK or a numerical failure of stein_run; EINVAL when the model names no stroke, has no

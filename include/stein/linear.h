@@ -73,7 +73,7 @@ typedef struct stein_edge {
 #define STEIN_LINEAR_STEADY 1e-6
 
 /** The linear system. Matrices are row-major. States are the n coordinates z, then their speeds,
- *  [rad or m] and [rad/s or m/s]; a force has the unit of its input, a prescribed motion the unit
+ * [rad or m] and [rad/s or m/s]. A force has the unit of its input, a prescribed motion the unit
  *  of the second time derivative of its input; outputs have the unit of the channel. */
 typedef struct stein_linear_system {
     int n, nfree;        /* independent coordinates; the first nfree of them have no motion */

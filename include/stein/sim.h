@@ -142,7 +142,7 @@ typedef struct stein_step_counts {
  */
 void stein_steps_taken(const stein_sim *sim, stein_step_counts *counts);
 /** Tolerance of a step's error estimate with STEIN_CONTROLLED or STEIN_IMPLICIT, as in stein_pace
- * [rad or m], of which bodies that turn in all directions get a tenth, as the errors of every turn
+ * [rad or m]. Bodies that turn in all directions get a tenth of it, as the errors of every turn
  * add up; STEIN_TOLERANCE until it is set: an elastic ball that bounces 66 times on a contact
  * of 1 ms keeps its energy to 1e-7 with it. @return OK; EINVAL (not > 0 and finite) */
 #define STEIN_TOLERANCE 1e-12
@@ -187,10 +187,10 @@ stein_status stein_load_place(stein_sim *sim, stein_err *err);
 double stein_read(stein_sim *sim, int channel);
 /** Channel by name. @return OK, ENAME */
 stein_status stein_read_name(stein_sim *sim, const char *name, double *value, stein_err *err);
-/** Is a reading determined by the motion in the present state? Not where conditions of loops and
- *  couplings are redundant and it is a reaction in which their forces have a part, nor where
- * several contacts hold the same by friction that sticks and it is the friction of one, or a
- * reaction: then it is one of many that are possible.
+/** Is a reading determined by the motion in the present state? Not if it is a reaction in which
+ *  forces of redundant conditions of loops and couplings have a part. Not if it is the friction of
+ *  a contact that sticks where other contacts or a prescribed motion hold the same, or a reaction
+ *  through which that friction goes. Then it is one of many that are possible.
  *  @return 1: yes, or no such channel; 0: no, or the state has no accelerations */
 int stein_is_determined(stein_sim *sim, int channel);
 
@@ -237,6 +237,11 @@ typedef void stein_event_fn(void *ctx, stein_sim *sim, const stein_event *event)
 void stein_on_event(stein_sim *sim, stein_event_fn *fn, void *ctx);
 /** 1 while a contact is on: it touches, or is as near as its adhesion reaches; else 0. */
 int stein_touches(const stein_sim *sim, int contact);
+/** Sliding of a contact in the present state, where its friction is smooth: of its places the
+ * largest speed [m/s], and that over the turning speed vt of its law. Below 1 friction is less than
+ * its level, so dry friction would hold what here creeps.
+ *  @return 1; 0: no place of it presses with friction that is smooth, and both are 0 */
+int stein_slides(stein_sim *sim, int contact, double *speed, double *slip);
 /** Phase of a notch now: 0 none, 1 beak's end on the roof, 2 face on the roof, 3 face on the
  * corner, 4 beak's end on the vertical face. -1 for an index out of range. */
 int stein_notch_phase(const stein_sim *sim, int notch);

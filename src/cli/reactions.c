@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * reactions.c - outputs that the motion does not determine: reactions of redundant conditions, and
- * friction that several contacts share.
+ * reactions.c - outputs that the motion does not determine: reactions of redundant conditions,
+ * friction that several contacts share, and the reactions between them.
  */
 #include "cli.h"
 
@@ -22,12 +22,14 @@ void cli_warn_reactions(stein_sim *sim)
         }
     }
     if (n > frictions) {
-        fprintf(stderr, "; more conditions or contacts hold the same than are needed, and of many "
-                        "possible forces one set is shown. State fewer conditions (a slot or a rod "
-                        "instead of a hinge or weld), or make one elastic (a link)\n");
+        fprintf(stderr,
+                "; more conditions, contacts or motions hold the same than are needed, and of many "
+                "possible forces one set is shown. State fewer conditions (a slot or a rod "
+                "instead of a hinge or weld), or make one elastic (a link)\n");
     } else if (n > 0) {
-        fprintf(stderr, "; several contacts that stick hold the same, and only the sum of their "
-                        "friction is known: each is shown in proportion to its limit\n");
+        fprintf(stderr, "; several contacts that stick hold the same, or one where a motion is "
+                        "prescribed, and only the sum of what holds is known: friction is shown in "
+                        "proportion to its limit\n");
     }
 }
 

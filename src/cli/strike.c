@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "creep.h"
 #include "errors.h"
 
 static const int samples_by_default = 3000;
@@ -28,6 +29,7 @@ typedef struct job {
     lab__accuracy *trust;
     cli_errors errors;
     int *begins; /* [ncontact] of contacts */
+    cli_creep *creep;
     cli_progress progress;
 } job;
 
@@ -117,6 +119,7 @@ static stein_status on_sample(void *ctx, stein_sim *sim)
         j->errors.stiff_contact = contact;
         j->errors.stiff_time = stein_time(sim);
     }
+    cli_creep_look(j->creep, sim);
     lab__accuracy_step(j->trust, sim);
     if (stein_time(sim) >= j->def.until) {
         lab__accuracy_end(j->trust, sim);
@@ -139,7 +142,8 @@ static stein_status prepare_errors(job *j, stein_err *err)
 {
     stein_status status = stein_set_tolerance(j->sim, j->tolerance, err);
     j->begins = calloc((size_t)j->equations->ncontact + 1, sizeof *j->begins);
-    if (status == STEIN_OK && j->begins == NULL) {
+    j->creep = cli_creep_begin(j->equations, j->def.until);
+    if (status == STEIN_OK && (j->begins == NULL || j->creep == NULL)) {
         status = lab__no_memory(err);
     }
     if (status == STEIN_OK) {
@@ -361,6 +365,7 @@ static void free_job(job *j)
     lab_record_destroy(j->picture);
     lab__accuracy_destroy(j->trust);
     free(j->begins);
+    free(j->creep);
     stein_sim_destroy(j->sim);
     lab_drive_close(j->drive);
     lab_close(j->model);
@@ -391,6 +396,7 @@ static int run_job(job *j)
     }
     cli_warn_reactions(j->sim);
     int wrong = cli_errors_warn(&j->errors);
+    cli_creep_warn(j->creep, lab__accuracy_errors(j->trust)->range[LAB_SLIDES]);
     return wrong && cli_value(j->args, "allow-error") == NULL ? CLI_NUMERICAL : CLI_OK;
 }
 

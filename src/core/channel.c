@@ -215,6 +215,21 @@ int stein_touches(const stein_sim *sim, int contact)
     return any;
 }
 
+int stein_slides(stein_sim *sim, int contact, double *speed, double *slip)
+{
+    int found = 0;
+    *speed = *slip = 0.0;
+    for (int i = 0; stein__refresh(sim, NULL) == STEIN_OK && i < sim->ntouch; i++) {
+        const touch *t = &sim->touch[i];
+        if (t->pair->index == contact && t->pair->inverse_vt > 0.0 && t->normal > 0.0) {
+            found = 1;
+            *slip = fmax(*slip, fabs(sim->slip[i]));
+            *speed = fmax(*speed, fabs(sim->slip[i]) / t->pair->inverse_vt);
+        }
+    }
+    return found;
+}
+
 int stein_notch_armed(stein_sim *sim, int notch)
 {
     if (notch < 0 || notch >= sim->model->nnotch || stein__refresh(sim, NULL) != STEIN_OK) {

@@ -9,9 +9,9 @@
  * z until they are at right angles: b = 0. Attitude and turning speed stay what they are. Whole
  * turns of a and c are taken off, because large angles are rounded more.
  *
- * Rejected: quaternions. Their speeds are not their derivatives, so that integrators, dense output,
- * derivatives and all that reads q and qd would have to know which coordinates are one, and steps
- * would need a projection. Here nothing but the end of a step does.
+ * Rejected: quaternions. Their speeds are not their derivatives. Integrators, dense output,
+ * derivatives and every reader of q and qd would have to know which coordinates are one, and
+ * steps would need a projection. Here nothing but the end of a step does.
  *
  * The chart is one of the coordinates, so that a saved state has it. What a step does depends on
  * the state alone.

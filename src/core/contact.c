@@ -1,15 +1,15 @@
 /* SPDX-License-Identifier: MIT
  * contact.c - contact spots: where two primitives meet, how deep, how fast, with what force.
  *
- * Every pair of points, circles and one-sided lines is one of two cases (a point is a circle of
- * radius 0; two lines touch at the ends of the first, written out as two spots by the reader):
+ * Every pair of points, circles and one-sided lines is one of two cases. A point is a circle of
+ * radius 0. Two lines touch at the ends of the first one; the reader writes them as two spots.
  *
  *      x = r0 + r1 - (P0 - P1).n      circle on line:    n the line's normal, r1 = 0
  *                                     circle on circle:  n from P1 to P0
  *
  * less `gap` for worn surfaces. x is the deformation, n points from side 1 to side 0, t is n turned
- * by -90 degrees. The force on side 0 is f_n n - mu(v) f_n t with xdot and v from the velocities of
- * the two material points at the place of contact; side 1 gets the opposite force at the same
+ * by -90 degrees. The force on side 0 is f_n n - mu(v) f_n t, with xdot and v from the velocities
+ * of the two material points at the place of contact. Side 1 gets the opposite force at the same
  * place. Closed forms only: an iterative closest-point search would buy nothing for these shapes
  * and cost determinism of time.
  */
@@ -70,14 +70,14 @@ static inline mask is_lifted(const stein_sim *sim, int contact)
     return contact == sim->model->load.contact ? no(sim->head->load_present) : (mask){0};
 }
 
-ALWAYS void press_at(stein_sim *sim, const site *s, mask on, const meeting *m, shape is)
+ALWAYS void contact_force_at(stein_sim *sim, const site *s, mask on, const meeting *m, shape is)
 {
     vec2 at = m->centre;
     if (is.round) {
         real radius = s->a[STEIN_SHAPE_R];
         at = (vec2){at.x - radius * m->n.x, at.z - radius * m->n.z};
     }
-    stein__press(sim, &s->pair, on, at, m->n, m->depth, s->sum, is.of);
+    stein__contact_force(sim, &s->pair, on, at, m->n, m->depth, s->sum, is.of);
 }
 
 /* the most usual places, where all is known of them but the numbers */
@@ -121,7 +121,7 @@ static void begin_spots(stein_sim *sim)
 }
 
 /* a place that is on and not plain */
-static void press_one(stein_sim *sim, int i)
+static void site_force(stein_sim *sim, int i)
 {
     const site *s = &sim->site[i];
     if (s->pair.solid) {
@@ -130,19 +130,19 @@ static void press_one(stein_sim *sim, int i)
         shape is = shape_of(s);
         meeting m = meet(s, is);
         is.of.inside = sim->inside;
-        press_at(sim, s, 1, &m, is);
+        contact_force_at(sim, s, 1, &m, is);
     }
 }
 
 /* plain ones, and at the end of a step what they did */
-static void press_group(stein_sim *sim, const stein__group *g)
+static void group_forces(stein_sim *sim, const stein__group *g)
 {
     if (sim->inside == IN_STAGE) {
-        sim->abreast.press(g);
+        sim->kernel.forces(g);
         return;
     }
-    stein__deed did;
-    sim->abreast.press_told(g, &did);
+    stein__contact_record did;
+    sim->kernel.forces_recorded(g, &did);
     for (int k = 0; k < g->n; k++) {
         const site *s = &sim->site[g->site[k]];
         touch told = {.pair = &s->pair,
@@ -153,7 +153,7 @@ static void press_group(stein_sim *sim, const stein__group *g)
                       .rate = did.rate.of[k],
                       .speed = did.speed.of[k],
                       .sum = s->sum};
-        stein__tell(sim, &told, did.slip.of[k], did.grip.of[k], did.tangent.of[k]);
+        stein__record_contact(sim, &told, did.slip.of[k], did.grip.of[k], did.tangent.of[k]);
     }
 }
 
@@ -161,16 +161,16 @@ void stein__site_forces(stein_sim *sim)
 {
     const stein__group *g = sim->group;
     if (sim->inside != IN_STAGE) {
-        stein__find_pressing(sim);
+        stein__find_active(sim);
     }
-    if (stein__tells(sim, sim->inside)) {
+    if (stein__records_contacts(sim, sim->inside)) {
         begin_spots(sim);
     }
-    for (int k = 0; k < sim->npressing; k++) {
-        if (sim->pressing[k] < 0) {
-            press_group(sim, g++);
+    for (int k = 0; k < sim->nactive; k++) {
+        if (sim->active[k] < 0) {
+            group_forces(sim, g++);
         } else {
-            press_one(sim, sim->pressing[k]);
+            site_force(sim, sim->active[k]);
         }
     }
 }
@@ -178,7 +178,7 @@ void stein__site_forces(stein_sim *sim)
 #else
 
 /* the forces of a place, without a note of them; at the end of a step also the guard of a spot */
-ALWAYS void meet_and_press(stein_sim *sim, int i, mask on, shape is)
+ALWAYS void force_where_on(stein_sim *sim, int i, mask on, shape is)
 {
     const site *s = &sim->site[i];
     meeting m = meet(s, is);
@@ -186,7 +186,7 @@ ALWAYS void meet_and_press(stein_sim *sim, int i, mask on, shape is)
         sim->guard[i] = sel(is_lifted(sim, s->pair.index), same(-1.0), guard_of(s, &m, is));
     }
     if (any(on)) {
-        press_at(sim, s, on, &m, is);
+        contact_force_at(sim, s, on, &m, is);
     }
 }
 
@@ -199,9 +199,9 @@ INNER void stein__site_forces(stein_sim *sim)
             continue;
         }
         switch (s->kind) {
-        case ON_FIXED_LINE: meet_and_press(sim, i, on, fixed_line); break;
-        case ON_LINE: meet_and_press(sim, i, on, moving_line); break;
-        case ANY_SITE: meet_and_press(sim, i, on, shape_of(s)); break;
+        case ON_FIXED_LINE: force_where_on(sim, i, on, fixed_line); break;
+        case ON_LINE: force_where_on(sim, i, on, moving_line); break;
+        case ANY_SITE: force_where_on(sim, i, on, shape_of(s)); break;
         }
     }
 }
@@ -256,7 +256,7 @@ static vec2 cross(double w, vec2 r)
     return (vec2){-w * r.z, w * r.x};
 }
 
-/* Acceleration of a frame's origin with qdd = 0: no frame then has an angular acceleration, and its
+/* Acceleration of a frame's origin with qdd = 0. No frame then has an angular acceleration, and its
  * joint moves in its parent with the velocity that is not that of the parent's material there. */
 static vec2 origin_bias(const stein_sim *sim, int frame)
 {

@@ -133,12 +133,12 @@ ALWAYS real joint_friction(const stein_sim *sim, int k, real slip, real grip)
 static void joint_forces(stein_sim *sim)
 {
     const stein_model *model = sim->model;
-    int tells = stein__tells(sim, sim->inside);
+    int records = stein__records_contacts(sim, sim->inside);
     for (int k = 0; k < sim->nacting; k++) {
         const acting *a = &sim->acting[k];
         real q = sim->xq[a->joint], qd = sim->xqd[a->joint];
         real slip = qd * a->inverse_vt, grip = stein__tanh(slip), *Q = &sim->Q[a->joint];
-        if (tells || (STEIN_LANES == 1 && !a->plain)) {
+        if (records || (STEIN_LANES == 1 && !a->plain)) {
             sim->slip[sim->ntouch + k] = slip;
             sim->grip[sim->ntouch + k] = grip;
         }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * functions.h - what of the core the generator, the reader of mechanism files and the laboratory
- * call: the elementary functions one by one, with the same bits whatever libm and errors below
- * 1 ulp, and what kind of mechanism a model is.
+ * call: the elementary functions one by one, and what kind of mechanism a model is. The functions
+ * have the same bits with any libm, and errors below 1 ulp.
  * Included by: this folder, gen, src/model, src/lab.
  */
 #ifndef STEIN_FUNCTIONS_H

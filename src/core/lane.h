@@ -36,7 +36,7 @@ typedef struct stein__width {
     void (*put)(void *wide, int lane, const stein__rider *from, int with_d);
     void (*ready)(void *wide);
     /** Steps of their grids [lanes] in all lanes, from t [lanes], up to `most`, or to the first one
-     *  that not all of the wanted (one bit each) take: a lane that meets an event or trouble does
+     * that not all of the wanted (one bit each) take. A lane that meets an event or trouble does
      *  not. Signals of lanes that are not wanted are not asked.
      *  @param t      in and out: of the states
      *  @param tried  out: steps that those took that are returned; the others wanted took one less

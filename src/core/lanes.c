@@ -19,7 +19,7 @@
 #include "layout.c"
 #include "notch.c"
 #include "table.c"
-#include "touch.c"
+#include "contact_sites.c"
 #include "trial.c"
 
 INNER stein_status stein__evaluate(stein_sim *sim, real t, const real *q, const real *qd, real *qdd,

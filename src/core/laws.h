@@ -28,7 +28,7 @@ static inline real stein__raised(real x, real y)
     return with_rate(power, power * (__imag__ y * stein__log_of(a) + b * __imag__ x / a));
 }
 
-/* The depth of a contact that is on, where it begins or ends by rounding only: a step to that place
+/* The depth of a contact that is on, where it begins or ends by rounding only. A step to that place
  * is derived on the side of the contact, where the force has a slope. */
 static inline real stein__within(const real *law, real x)
 {

@@ -131,7 +131,7 @@ static void carve_all(stein_sim *s, arena *a, const stein_model *m)
     s->nsite = m->nspot + NOTCH_REGION * m->nnotch;
     s->site = carve(a, sizeof *s->site * (size_t)s->nsite);
 #if STEIN_LANES == 1
-    s->pressing = carve(a, sizeof *s->pressing * (size_t)s->nsite);
+    s->active = carve(a, sizeof *s->active * (size_t)s->nsite);
     s->group = carve(a, sizeof *s->group * (size_t)s->nsite);
     s->as_of = carve(a, (size_t)s->nguard);
 #endif

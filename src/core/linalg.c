@@ -3,8 +3,8 @@
  * solution (gen/solve.c), and the one of an equilibrium.
  *
  * M = L^T D L without pivoting, from the leaves of the tree to its root (Featherstone 2008, section
- * 6.5): M is symmetric positive definite for every mechanism with inertia on its free joints, and
- * row k of L has entries at the ancestors of joint k only, as M has, so nothing else is touched. A
+ * 6.5): M is symmetric positive definite for every mechanism with inertia on its free joints. Row k
+ * of L has entries at the ancestors of joint k only, as M has, so nothing else is computed. A
  * pivot that loses all its digits is reported, not divided by.
  */
 #include <math.h>

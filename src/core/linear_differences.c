@@ -59,8 +59,8 @@ static double power_of_half(int k)
 }
 
 /* The best extrapolation of differences [LEVELS], `stride` apart. Neighbours may agree by chance or
- * because they are rounded alike: what counts is the worse one of two levels, and what rounding of
- * numbers of this size does to a difference. */
+ * because they are rounded alike. What counts is the worse one of two levels, and the effect of
+ * rounding of numbers of this size on a difference. */
 static double extrapolate(const double *differences, int stride, double size, double *off)
 {
     double row[ORDERS + 1] = {0.0}, before[ORDERS + 1] = {0.0};

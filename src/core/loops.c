@@ -9,9 +9,9 @@
  *
  *      T = [1; -A]      T^T M T u = T^T (Q - c - M [0; s])
  *
- * Rejected: the matrix of all qdd and lambda at once (KKT), or J M^-1 J^T. Both are larger - of a
- * four-bar 5 unknowns or the factors of M and a 2 x 2 matrix, here 1 - and the second one needs an
- * M that is regular without the loops, which bodies without mass in a loop do not give. All
+ * Rejected: the matrix of all qdd and lambda at once (KKT), or J M^-1 J^T. Both are larger: for a
+ * four-bar 5 unknowns, or the factors of M and a 2 x 2 matrix; here 1. The second one needs an M
+ * that is regular without the loops, which bodies without mass in a loop do not give. All
  * coordinates are integrated, so there is no memory of which ones are independent. The choice
  * depends on the state alone and changes qdd by rounding only; no step is cut at a change.
  *
@@ -19,10 +19,10 @@
  * of M, min dq^T M dq, the same system with another right-hand side. For speeds that is an impulse
  * that does no work along the loop. Steps keep their order (Hairer, Lubich & Wanner 2006, IV.4).
  *
- * Redundant rows - of a Bricard mechanism, of two hinges in a plane loop in space - are found by
- * the rank of J where the loops are closed; within steps, where they are not quite, no more pivots
- * than that are taken, and the rest are the smallest. Where a pivot nearly vanishes in between, at
- * a singular position, its row is left out for that moment: the motion carries on.
+ * Redundant rows, as of a Bricard mechanism or of two hinges in a plane loop in space, are found by
+ * the rank of J where the loops are closed. Within steps they are not quite closed; then no more
+ * pivots than that are taken, and the rest are the smallest. Where a pivot nearly vanishes in
+ * between, at a singular position, its row is left out for that moment: the motion carries on.
  */
 #include <math.h>
 #include <string.h>

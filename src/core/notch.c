@@ -116,7 +116,7 @@ INNER void stein__notches_look(stein_sim *sim)
 
 #if STEIN_LANES == 1
 
-/* The configuration that the modes allow, the previous one first: the tip grazes the roof's plane
+/* The configuration that the modes allow, the previous one first. The tip grazes the roof's plane
  * for a microsecond when the corner is about to lose the beak, and that is still phase iii. */
 unsigned char stein__notch_phase_after(const unsigned char *mode, int previous)
 {

@@ -13,7 +13,8 @@
 
 #if STEIN_LANES == 1
 /* a place is kept for queries, and its forces are added to f */
-ALWAYS void stein__tell(stein_sim *sim, const touch *t, double slip, double grip, double tangent)
+ALWAYS void stein__record_contact(stein_sim *sim, const touch *t, double slip, double grip,
+                                  double tangent)
 {
     spot_force *f = t->sum;
     if (t->depth > f->depth) {
@@ -30,7 +31,7 @@ ALWAYS void stein__tell(stein_sim *sim, const touch *t, double slip, double grip
 
 /* Are the forces of a place kept? In a stage only friction that sticks needs them, and in a lane
  * nothing does. */
-ALWAYS int stein__tells(const stein_sim *sim, place_in_step inside)
+ALWAYS int stein__records_contacts(const stein_sim *sim, place_in_step inside)
 {
     return STEIN_LANES == 1 && (inside != IN_STAGE || sim->model->nstick > 0);
 }
@@ -63,8 +64,8 @@ typedef struct stein__known {
 
 /* A pair that is on is `depth` deep at a place, n the normal on the first one: its forces into the
  * wrenches of both. */
-ALWAYS void stein__press(stein_sim *sim, const pair *p, mask on, vec2 at, vec2 n, real depth,
-                         spot_force *f, stein__known known)
+ALWAYS void stein__contact_force(stein_sim *sim, const pair *p, mask on, vec2 at, vec2 n,
+                                 real depth, spot_force *f, stein__known known)
 {
     // rates of approach and of sliding, from the two materials at the place of contact
     vec2 arm = arm_to(p->pose[0], at), arm1 = arm_to(p->pose[1], at);
@@ -91,9 +92,9 @@ ALWAYS void stein__press(stein_sim *sim, const pair *p, mask on, vec2 at, vec2 n
         push_at(p->wrench[1], arm1, (vec2){-force.x, -force.z});
     }
 #if STEIN_LANES == 1
-    if (!known.plain && stein__tells(sim, known.inside)) {
+    if (!known.plain && stein__records_contacts(sim, known.inside)) {
         touch told = {p, at, n, normal, depth, rate, speed, f};
-        stein__tell(sim, &told, slip, grip, tangent);
+        stein__record_contact(sim, &told, slip, grip, tangent);
     }
 #else
     (void)f;

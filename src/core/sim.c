@@ -8,7 +8,7 @@
 #include "core.h"
 #include "elementary.h"
 
-enum { ALIGNED = 16 }; /* bytes, of what is worked out side by side (abreast.h) */
+enum { ALIGNED = 16 }; /* bytes, of what is worked out side by side (contact_lanes.h) */
 
 static void *default_alloc(void *ctx, size_t size)
 {

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT
  * slopes.c - derivatives by every q and qd of the forces of what touches and rubs, all at once.
  *
- * In the plane a joint is a twist: what it carries turns by w and moves, at the place of a contact,
- * by a along the contact's normal n and by b along its tangent t (n turned by -90 degrees), for
- * each unit of its coordinate. A contact with forces f_n and f_t acts on the joints between its two
+ * In the plane a joint is a twist. For each unit of its coordinate, what it carries turns by w. At
+ * the place of a contact it moves by a along the contact's normal n and by b along its tangent t
+ * (n turned by -90 degrees). A contact with forces f_n and f_t acts on the joints between its two
  * bodies only, s = +1 on the way to the first body, -1 to the second:
  *
  *      Q_k = s_k (f_n a_k + f_t b_k)      depth: dx/dq_k = - s_k a_k      dv_t/dqd_k = s_k b_k

@@ -125,7 +125,7 @@ static void apply3(stein_sim *sim, const pair *p, const double at[3], const doub
     }
 }
 
-static void press(stein_sim *sim, const site *s, const meeting3 *m, spot_force *f)
+static void sphere_force(stein_sim *sim, const site *s, const meeting3 *m, spot_force *f)
 {
     const pair *p = &s->pair;
     touch3 *where = &sim->touch3[sim->ntouch];
@@ -157,7 +157,7 @@ static void press(stein_sim *sim, const site *s, const meeting3 *m, spot_force *
     f->rate = rate;
     touch told = {
         .pair = p, .normal = normal, .depth = m->depth, .rate = rate, .speed = speed, .sum = f};
-    stein__tell(sim, &told, slip, grip, rub);
+    stein__record_contact(sim, &told, slip, grip, rub);
 }
 
 void stein__solid_forces(stein_sim *sim, int spot)
@@ -174,7 +174,7 @@ void stein__solid_forces(stein_sim *sim, int spot)
         sim->guard[spot] = m.depth + sim->site[spot].pair.normal[STEIN_NORMAL_RANGE];
     }
     if (on) {
-        press(sim, &sim->site[spot], &m, f);
+        sphere_force(sim, &sim->site[spot], &m, f);
     }
 }
 

@@ -14,8 +14,8 @@
  * the force jumps, any accuracy at all.
  *
  * The work of a step is bounded. After LOCATED events, or where a contact ends where it has just
- * begun, what is left of the step is taken in one piece (step_remainder.c), and so is a step that
- * is too long for a contact. Friction that sticks needs every one of its events, 200 at most.
+ * begun, what is left of the step is taken in one piece (step_remainder.c). So is a step that is
+ * too long for a contact. Friction that sticks needs every one of its events, 200 at most.
  */
 #include <math.h>
 #include <string.h>
@@ -25,8 +25,7 @@
 static const double of_balls = 0.1;     /* of the tolerance: errors of each turn add up */
 static const double just_behind = 1e-3; /* the begin of a step, in steps */
 static const double at_once = 1e-12;    /* events that far apart are one, in steps */
-static const double singular =
-    0.02; /* a pivot of loops, in shares of its row: near a singular position */
+static const double singular = 0.02;    /* smallest pivot of loops: near a singular position */
 static const double sure = 1e-7; /* a root that far behind another one, in steps, is not it */
 enum { LOCATED = 2, LOCATED_STICKING = 200, MAX_ROOT_ITERATIONS = 80 };
 
@@ -272,7 +271,9 @@ stein_status stein__try(stein_sim *sim, double h, int implicit, stein_err *err)
     stein_status status = STEIN_OK;
     sim->loop.narrow = 1.0;
     if (implicit) {
+        sim->loop.watches = 1;
         status = sim->implicit->trial(sim, h, err);
+        sim->loop.watches = 0;
         implicit = sim->loop.narrow > singular;
         sim->counts.refused = implicit ? sim->counts.refused : "loops are near a singular position";
     }

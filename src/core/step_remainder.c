@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT
  * step_remainder.c - what is left of a fixed step with more events than are located.
  *
- * Two Runge-Kutta steps at most, without any search: contacts that are met on the way are on from
- * the beginning, as their laws give no force before; everything else changes its mode at the end.
+ * Two Runge-Kutta steps at most, without any search. Contacts that are met on the way are on from
+ * the beginning, as their laws give no force before. Everything else changes its mode at the
+ * end.
  *
  *      trial --nothing met--> taken      --met--> on, trial again --> taken
  *        '---- a contact ends that has just begun: it is shorter than the step --> implicit
@@ -108,7 +109,7 @@ static int assemble(stein_sim *sim, double *A, double *M, double *b)
 }
 
 /* Does a touch press by the end of a step of h? */
-static int presses(const touch *t, double h)
+static int touches_within(const touch *t, double h)
 {
     return fmax(t->depth, t->depth + h * t->rate) > 0.0;
 }
@@ -124,7 +125,7 @@ static int solve(stein_sim *sim, double h, double *b)
     }
     for (int k = 0; k < sim->ntouch; k++) {
         const touch *t = &sim->touch[k];
-        if (!presses(t, h)) {
+        if (!touches_within(t, h)) {
             continue;
         }
         tangent f = linear(t, h, fmax(t->depth, little));
@@ -192,7 +193,7 @@ static int is_too_long(stein_sim *sim, double h, double share)
     }
     for (int k = 0; k < sim->ntouch; k++) {
         const touch *t = &sim->touch[k];
-        if (presses(t, h)) {
+        if (touches_within(t, h)) {
             tangent f = linear(t, h, fmax(fmax(t->depth, t->depth + share * h * t->rate), little));
             if (h * (f.B + h * f.K) * per_mass(sim, t, sim->work) > too_long) {
                 return 1;

@@ -15,11 +15,11 @@
  * M^-1 is that of what is free: with prescribed joints and loops in place. Normal forces come from
  * the elastic law of the contact and do not depend on f.
  *
- * Both corners of a box slide alike: their rows of G are the same up to the small angle by which it
- * dips into the floor, and would hold that angle, too, with huge forces. So S is factored with
- * pivots, and a row of which less than 1e-3 is new (STEIN__ALIKE) is not held by itself, from one
- * change of a place to the next. Such rows share the force by what each can hold: f = D C (C^T D
- * C)^-1 mu, the rows being C times the independent ones, mu their forces, D the limits over the
+ * Both corners of a box slide alike. Their rows of G are the same up to the small angle by which it
+ * dips into the floor. Both together would hold that angle, too, with huge forces. So S is factored
+ * with pivots, and a row of which less than 1e-3 is new (STEIN__ALIKE) is not held by itself, from
+ * one change of a place to the next. Such rows share the force by what each can hold: f = D C (C^T
+ * D C)^-1 mu, the rows being C times the independent ones, mu their forces, D the limits over the
  * largest of |C| in the row.
  *
  * Guards, all >= 0 until a place changes: limit - |f| while it sticks, the speed in its direction
@@ -121,15 +121,16 @@ static double product(const double *a, const double *b, int n)
     return sum;
 }
 
-/* is there anything that a force at this row moves? */
+/* Is there nothing that a force at this row moves? What is prescribed counts with its mass: beside
+ * it the rounding of a direction moves nothing. */
 static int is_locked(const stein_sim *sim, int r)
 {
     int nq = sim->model->nq;
-    const double *row = sim->hold.G + r * nq, *x = sim->hold.X + r * nq;
+    const double *row = sim->hold.G + r * nq;
     double usual = 0.0;
     for (int j = 0; j < nq; j++) {
         double m = sim->M[j * nq + j];
-        usual += x[j] != 0.0 && m > 0.0 ? row[j] * row[j] / m : 0.0;
+        usual += m > 0.0 ? row[j] * row[j] / m : 0.0;
     }
     return !(sim->hold.S[r * sim->hold.nrow + r] > locked * usual);
 }

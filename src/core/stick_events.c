@@ -283,15 +283,23 @@ static int thing_of(const stein_sim *sim, int place)
                                             : sim->model->spots[stick->index].contact;
 }
 
+int stein__stick_is_open(const stein_sim *sim, int row)
+{
+    const stein__sticks *s = &sim->hold;
+    int place = s->row[row];
+    return sim->stick[place] == SHARES || (s->pivot[row] < 0.0 && s->limit[place] > 0.0);
+}
+
 int stein__stick_shares(const stein_sim *sim, int contact)
 {
     const stein__sticks *s = &sim->hold;
     int found = 0;
     for (int r = 0; r < s->nrow; r++) {
-        int one = thing_of(sim, s->row[r]);
-        for (int c = 0; sim->stick[s->row[r]] == SHARES && c < s->rank; c++) {
+        int one = thing_of(sim, s->row[r]), shares = sim->stick[s->row[r]] == SHARES;
+        found |= one == contact && !shares && stein__stick_is_open(sim, r);
+        for (int c = 0; shares && c < s->rank; c++) {
             int other = thing_of(sim, s->row[s->order[c]]);
-            int here = contact < 0 || one == contact || other == contact;
+            int here = one == contact || other == contact;
             found |= here && one != other && fabs(s->share[r * s->nrow + c]) > no_share;
         }
     }

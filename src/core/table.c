@@ -4,8 +4,8 @@
  *      y(x) = (1 + 2u)(1 - u)^2 y_0 + u^2 (3 - 2u) y_1 + h u (1 - u) [(1 - u) s_0 - u s_1]
  *
  * with u = (x - x_0)/h in 0..1 between two points (Hermite), slopes s as law.h has them. A monotone
- * choice of slopes (Fritsch & Carlson 1980) would never overshoot, but is not linear in the values:
- * a curve that is fitted changes its shape with its size then, and has no derivative at 0. A
+ * choice of slopes (Fritsch & Carlson 1980) would never overshoot, but is not linear in the
+ * values. A fitted curve would then change its shape with its size, and have no derivative at 0. A
  * straight line from point to point has kinks, each of which a controlled step would have to find.
  *
  * Beyond the ends the curve is level: a force that went on growing there with the speed, as a fit

@@ -17,7 +17,7 @@
 #include "layout.c"
 #include "notch.c"
 #include "table.c"
-#include "touch.c"
+#include "contact_sites.c"
 
 size_t stein__tangent_size(const stein_model *model)
 {

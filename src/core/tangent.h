@@ -3,7 +3,7 @@
  *
  * C has operators for one kind of pair, the complex numbers. x + i h x' with a tiny h follows the
  * rules of a derivative in every sum, product and quotient, because what is of the order of h^2
- * vanishes beside the rest (Squire & Trapp 1998): with h = 2^-400 that is so in the last bit. So
+ * vanishes beside the rest (Squire & Trapp 1998). With h = 2^-400 that is so in the last bit. So
  * contacts, laws and the notch are differentiated as they are written, without a second text.
  *
  * Conditions ask about the number, as the side on which a motion is does not depend on a

@@ -148,9 +148,9 @@ INNER stein__grade stein__graded(const stein_sim *sim, real h, real tolerance, r
                           sel(is_number, factor, same(least)), same(0.0)};
 }
 
-/* What is uncertain about the speeds at the end of a step. RK4 has two stages in its middle, and an
- * end that is far from the beginning is as bad as a difference of those by a `share`: of a step
- * that makes energy the last stage alone may be huge, and with it the end. DP5 has an estimate. */
+/* What is uncertain about the speeds at the end of a step. RK4 has two stages in its middle. An end
+ * that is far from the beginning is as bad as a difference of those by a `share`. In a step that
+ * makes energy the last stage alone may be huge, and with it the end. DP5 has an estimate. */
 static real doubt(const stein_sim *sim, real h)
 {
     const real *k1 = sim->k, *k2 = k1 + sim->width, *k3 = k2 + sim->width, *k4 = k3 + sim->width;
@@ -186,7 +186,7 @@ INNER stein_status stein__trial(stein_sim *sim, real t, real h, stein_err *err)
     copy(sim->qdd0, sim->qdd, nq);
     copy(sim->k, sim->qd, nq);
 #if STEIN_LANES == 1
-    stein__find_pressing(sim);
+    stein__find_active(sim);
 #endif
     sim->inside = IN_STAGE;
     for (int i = 1; status == STEIN_OK && i < rk->stages; i++) {

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * fmi2.c - FMI 2.0; the functions of model exchange are in exchange2.c.
  *
- * The states of figure 11 of the standard: after fmi2Discard an instance waits for fmi2SetFMUstate,
+ * The states of figure 11 of the standard. After fmi2Discard an instance waits for fmi2SetFMUstate,
  * fmi2Reset or fmi2Terminate, after fmi2Error for fmi2SetFMUstate or fmi2Reset; both can be read.
  * The last successful time of a discarded step is its beginning. Memory is the FMU's own
  * (canNotUseMemoryManagementFunctions).

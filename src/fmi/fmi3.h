@@ -3,7 +3,7 @@
  *
  * Names, types and the order of arguments follow the standard, chapters 2.2 (types, status,
  * variables, states, derivatives), 2.3 (common states), 3.2, 4.2 and 5.2 (the functions of the
- * three kinds of FMU); all 75 functions have to be there.
+ * three kinds of FMU). All 75 functions have to be there.
  *
  * Names have no prefix, so that every importer's compiler can make a shared object of them.
  * To link several FMUs statically, compile each with -DFMI3_FUNCTION_PREFIX=NAME_.

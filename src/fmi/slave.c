@@ -2,9 +2,9 @@
  * slave.c - an instance: its life, its variables, its steps.
  *
  * Steps. The mechanism is integrated in steps of fixed length dt, on a grid that begins at the end
- * of the last communication step; where communication steps are multiples of dt these are the steps
+ * of the last communication step. Where communication steps are multiples of dt these are the steps
  * that `stein simulate` makes, with the same bits. An importer computes times by its own sums and
- * products, so a grid point within dt/10^6 of the end is the end; otherwise the last step is
+ * products, so a grid point within dt/10^6 of the end is the end. Otherwise the last step is
  * shorter and a new grid begins.
  *
  * Inputs hold their value. A motion goes on with the speed and acceleration that are given beside

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * variables.h - the variables of an FMU and their value references.
  *
- * A value reference is a place in this row; the writer of modelDescription.xml and the FMU both
+ * A value reference is a place in this row. The writer of modelDescription.xml and the FMU both
  * compute it from the sizes of the model, so there is no table that could differ.
  *
  *      channel 0 (time), 1, ...                  [nchannel]

@@ -3,7 +3,7 @@
  *
  * A fixed body is written like any other one: its mass, its points and its child bodies, in its own
  * axes, which are parallel to its parent's. All of its numbers are parameters. The equations have
- * no trace of it: places on it are moved into the axes of the moving body that carries it, and its
+ * no trace of it. Places on it are moved into the axes of the moving body that carries it, and its
  * mass, centre and inertia are added to that body (split_body.c).
  */
 #include <stdio.h>

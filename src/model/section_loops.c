@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * section_loops.c - closed loops, and joints that follow another one.
  *
- * A tree of bodies is closed where two of its points are held together: they meet, keep the length
+ * A tree of bodies is closed where two of its points are held together. They meet, keep the length
  * of a rod, slide in a slot, or their bodies keep their axes parallel as well. A coupling holds
  * between two joints by itself. `mimic` in a body is a coupling that has the body's name.
  */

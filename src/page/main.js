@@ -387,7 +387,7 @@ const Page = (() => {
       else if (name === "r" && !e.repeat) again();
       else if (name === "p" && !e.repeat) pause(!paused);
       else if (name === ".") oneStep();
-      else if (name === "?") openHelp();
+      else if (name === "?") Texts.openHelp(model, engine);
     });
     document.addEventListener("keyup", (e) => {
       if (e.key === " " && first && held[first.i]) press(first.i, false);
@@ -487,32 +487,6 @@ const Page = (() => {
     });
   }
 
-  function openHelp() {
-    $("help").showModal();
-    if ($("help-check").textContent) return;
-    const here = engine.verify();
-    $("help-check").textContent = here === model.hash
-      ? Words.t("same", Format.quantity(model.until, "s"), here)
-      : Words.t("other", Format.quantity(model.until, "s"), here, model.hash);
-  }
-
-  function buildHelp() {
-    $("help-action").hidden = !scene.action;
-    if (!scene.action)
-      for (const a of model.abouts) {
-        if (a.section === "" || a.entry === "") continue;
-        const [dt, dd] = [document.createElement("dt"), document.createElement("dd")];
-        dt.textContent = a.entry.replace(/_/g, " ");
-        dd.textContent = a.text;
-        $("help-abouts").append(dt, dd);
-      }
-    const keys = [forceInputs().length > 0 && Words.t("keySpace"), hasLoad() && Words.t("keyLoad"),
-                  Words.t("keyAgain"), Words.t("keyPause"), Words.t("keyTab")];
-    $("help-keys").textContent = Words.t("keys") + keys.filter((k) => k).join(", ") + ".";
-    $("help-open").addEventListener("click", openHelp);
-    $("help").addEventListener("click", (e) => { if (e.target === $("help")) $("help").close(); });
-  }
-
   function theme() {
     const css = getComputedStyle(document.documentElement);
     const tone = (name) => css.getPropertyValue("--" + name).trim();
@@ -532,27 +506,6 @@ const Page = (() => {
     traces.fit($("traces").parentElement.clientWidth, ratio);
     strokes.fit($("chart").parentElement.clientWidth, ratio);
     show();
-  }
-
-  function titles() {
-    const about = (model.abouts.find((a) => a.section === "") || { text: model.name }).text;
-    const cut = about.indexOf(" - "), first = Words.of(cut < 0 ? about : about.slice(0, cut));
-    $("title").textContent = first[0].toUpperCase() + first.slice(1).replace(/\.$/, "");
-    $("subtitle").textContent = cut < 0 ? "" : Words.of(about.slice(cut + 3));
-    document.title = $("title").textContent;
-    $("foot").textContent = Words.t("foot", model.version, model.name, model.equations, Format.quantity(model.dt, "s"));
-  }
-
-  /* the language of the address, else of the browser; another one is another page of the same settings */
-  function chooseLanguage() {
-    const code = Words.choose(Address.get("lang") || navigator.language);
-    document.documentElement.lang = code;
-    Words.write(document);
-    Words.languages.forEach((c, i) => $("language").append(new Option(Words.names[i], c, c === code, c === code)));
-    $("language").addEventListener("change", () => {
-      Address.put("lang", $("language").value);
-      location.reload();
-    });
   }
 
   /* numbers of the address: the mechanism starts with them; without them, should they be impossible */
@@ -576,7 +529,7 @@ const Page = (() => {
   }
 
   async function start() {
-    chooseLanguage();
+    Texts.chooseLanguage();
     const every = Math.max(1, Math.round(model.until / model.dt / 2000));
     engine = await Engine.create($("module").textContent, model, every);
     geometry = Geometry.create(model);
@@ -593,7 +546,7 @@ const Page = (() => {
     takeAddress();
     const seenFrom = Preview.run({ model, engine, geometry, scene, traces });
     startState();
-    titles();
+    Texts.titles(model);
     buildActions();
     buildStage();
     buildKeys();
@@ -604,7 +557,9 @@ const Page = (() => {
     buildMeasured();
     buildTour(dx);
     buildSound();
-    buildHelp();
+    const keys = [forceInputs().length > 0 && Words.t("keySpace"), hasLoad() && Words.t("keyLoad"),
+                  Words.t("keyAgain"), Words.t("keyPause"), Words.t("keyTab")];
+    Texts.buildHelp(model, engine, scene.action, keys);
     theme();
     fit();
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { theme(); show(); });

@@ -8,7 +8,7 @@
 #include <gsl/gsl_integration.h>
 #include <gsl/gsl_roots.h>
 
-#include "abreast.h"
+#include "contact_lanes.h"
 #include "functions.h"
 #include "lane.h"
 #include "lab_support.h"
@@ -285,7 +285,7 @@ END_TEST
 typedef struct four {
     stein__group group;
     double pose[4][2][7], wrench[4][2][3];
-    stein__deed did;
+    stein__contact_record did;
 } four;
 
 static double between(uint64_t *seed, double from, double to)
@@ -296,7 +296,7 @@ static double between(uint64_t *seed, double from, double to)
 
 enum {
     NUMBERS = offsetof(stein__group, pose) / sizeof(stein__each),
-    DEEDS = sizeof(stein__deed) / sizeof(stein__each)
+    RECORDED = sizeof(stein__contact_record) / sizeof(stein__each)
 };
 
 /* the numbers of a group or a deed, which are all of one type */
@@ -323,10 +323,11 @@ static void draw(four *f, uint64_t *seed)
 }
 
 /* a group of `n` of them, from the one `first` on */
-static void press(void (*by)(const stein__group *, stein__deed *), four *f, int first, int n)
+static void press(void (*by)(const stein__group *, stein__contact_record *), four *f, int first,
+                  int n)
 {
     stein__group g = f->group;
-    stein__deed did;
+    stein__contact_record did;
     for (int k = 0; k < 4; k++) {
         int from = first + (k < n ? k : n - 1);
         for (int i = 0; i < NUMBERS; i++) {
@@ -340,7 +341,7 @@ static void press(void (*by)(const stein__group *, stein__deed *), four *f, int 
     g.n = n;
     by(&g, &did);
     for (int k = 0; k < n; k++) {
-        for (int i = 0; i < DEEDS; i++) {
+        for (int i = 0; i < RECORDED; i++) {
             all(&f->did)[i].of[first + k] = all(&did)[i].of[k];
         }
     }
@@ -356,7 +357,7 @@ START_TEST(places_side_by_side_have_the_bits_of_each_alone)
         two = wide = alone;
         for (int k = 0; k < 4; k++) {
             double law[STEIN_NORMAL_SIZE] = {0.0};
-            press(stein__press2_told, &alone, k, 1);
+            press(stein__contact_forces2_recorded, &alone, k, 1);
             for (int i = STEIN_NORMAL_A; i <= STEIN_NORMAL_D; i++) {
                 law[i] = alone.group.normal[i].of[k];
             }
@@ -366,13 +367,13 @@ START_TEST(places_side_by_side_have_the_bits_of_each_alone)
             ck_assert(alone.did.grip.of[k] == stein__tanh_of(alone.did.slip.of[k]));
             pressing += alone.did.normal.of[k] > 0.0;
         }
-        press(stein__press2_told, &two, 0, 2);
-        press(stein__press2_told, &two, 2, 2);
+        press(stein__contact_forces2_recorded, &two, 0, 2);
+        press(stein__contact_forces2_recorded, &two, 2, 2);
         ck_assert_mem_eq(two.wrench, alone.wrench, sizeof alone.wrench);
         ck_assert_mem_eq(&two.did, &alone.did, sizeof alone.did);
 #if STEIN_WIDEST == 8
         if (stein__processor_lanes() >= 4) {
-            press(stein__press4_told, &wide, 0, 4);
+            press(stein__contact_forces4_recorded, &wide, 0, 4);
             ck_assert_mem_eq(wide.wrench, alone.wrench, sizeof alone.wrench);
             ck_assert_mem_eq(&wide.did, &alone.did, sizeof alone.did);
         }

@@ -358,8 +358,9 @@ START_TEST(the_force_of_a_prescribed_motion_gives_its_energy)
 }
 END_TEST
 
-/* Two routes to the torque at the crank: the loops' forces, by which the core takes what is missing
- * at the dependent joints to the driven one; and the power of M qdd + c, of which those have none.
+/* Two routes to the torque at the crank. One is the loops' forces, by which the core takes what is
+ * missing at the dependent joints to the driven one. The other is the power of M qdd + c, of which
+ * those have none.
  */
 START_TEST(the_force_of_a_prescribed_motion_has_the_power_of_inverse_dynamics)
 {

@@ -449,13 +449,17 @@ START_TEST(a_second_hinge_leaves_the_forces_of_both_open)
               "outputs:\n"
               "  upper: {loop: upper, read: reaction, component: fx}\n"
               "  lower: {joint: plate, read: reaction, component: fx}\n"
+              "  size: {joint: plate, read: reaction}\n"
+              "  weight: {loop: upper, read: reaction, component: fz}\n"
               "  about: {joint: plate, read: reaction, component: mz}\n"
               "  bob: {joint: bob, read: reaction}\n"
               "  q: {joint: plate, read: position}\n");
     ck_assert_stein(stein_run(sim, 0.1, err));
     ck_assert_int_eq(is_determined(sim, "upper"), 0);
     ck_assert_int_eq(is_determined(sim, "lower"), 0);
-    ck_assert_int_eq(is_determined(sim, "about"), 1); // about the axis nothing holds
+    ck_assert_int_eq(is_determined(sim, "size"), 0);
+    ck_assert_int_eq(is_determined(sim, "weight"), 0); // either hinge can carry it
+    ck_assert_int_eq(is_determined(sim, "about"), 1);  // about the axis nothing holds
     ck_assert_int_eq(is_determined(sim, "bob"), 1);
     ck_assert_int_eq(is_determined(sim, "q"), 1);
     ck_assert_int_eq(stein_is_determined(sim, 99), 1);
@@ -482,27 +486,75 @@ START_TEST(forces_of_a_four_bar_are_determined)
 }
 END_TEST
 
+/* Nothing loads this door along its axis, and no joint can. */
+START_TEST(along_an_axis_without_load_two_hinges_are_determined)
+{
+    stein_sim *sim =
+        start("mechanism: door\n"
+              "gravity: [0, -9.81 m/s^2, 0]\n"
+              "bodies:\n"
+              "  plate: {joint: R z, mass: 2 kg, centre: [0.2 m, 0, 0], "
+              "inertia: {xx: 0.02, yy: 0.02, zz: 0.02}, points: {top: [0, 0, 0.3 m]}}\n"
+              "points: {top: [0, 0, 0.3 m]}\n"
+              "loops: {upper: {between: [frame.top, plate.top]}}\n"
+              "outputs:\n"
+              "  across: {loop: upper, read: reaction, component: fy}\n"
+              "  along: {loop: upper, read: reaction, component: fz}\n");
+    ck_assert_stein(stein_run(sim, 0.1, err));
+    ck_assert_int_eq(is_determined(sim, "across"), 0);
+    ck_assert_int_eq(is_determined(sim, "along"), 1);
+    finish(sim);
+}
+END_TEST
+
+/* The outer ring of a universal joint turns about z, the inner one about y; its centre is held once
+ * more. Whichever of the hinges comes last, all three forces are open. */
+START_TEST(hinges_that_are_not_parallel_leave_no_direction_out)
+{
+    stein_sim *sim =
+        start("mechanism: cross\n"
+              "gravity: [0, 0, 0]\n"
+              "bodies:\n"
+              "  outer: {joint: R z, mass: 2 kg, inertia: {xx: 0.02, yy: 0.02, zz: 0.02}}\n"
+              "  inner: {parent: outer, joint: R y, mass: 1 kg, "
+              "inertia: {xx: 0.01, yy: 0.01, zz: 0.01}, points: {o: [0, 0, 0]}, "
+              "initial: {speed: 2 rad/s}}\n"
+              "points: {o: [0, 0, 0]}\n"
+              "loops: {pin: {between: [frame.o, inner.o]}}\n"
+              "outputs:\n"
+              "  x: {loop: pin, read: reaction, component: fx}\n"
+              "  y: {loop: pin, read: reaction, component: fy}\n"
+              "  z: {loop: pin, read: reaction, component: fz}\n");
+    ck_assert_int_eq(is_determined(sim, "x"), 0);
+    ck_assert_int_eq(is_determined(sim, "y"), 0);
+    ck_assert_int_eq(is_determined(sim, "z"), 0);
+    finish(sim);
+}
+END_TEST
+
 /* Two feet hold a table that is pushed: their friction is known in sum. One foot alone holds all.
  */
 static stein_sim *start_table(const char *right)
 {
     char text[2000];
-    snprintf(text, sizeof text,
-             "mechanism: table\n"
-             "gravity: [0.5 m/s^2, 0, -9.81 m/s^2]\n"
-             "bodies:\n"
-             "  x: {joint: T x}\n"
-             "  z: {parent: x, joint: T z, initial: {position: -0.0981 mm}}\n"
-             "  top: {parent: z, joint: R y, mass: 2 kg, inertia: {yy: 0.1}, "
-             "points: {a: [-0.4 m, 0, 0], b: [0.4 m, 0, 0]}}\n"
-             "contacts:\n"
-             "  left: {between: [{point: top.a}, {line: {on: frame, at: [0, 0, 0], "
-             "facing: 90 deg}}], normal: {c: 1e5, D: 5}, friction: {A: 0.5, stick: yes}}\n"
-             "  right: {between: [{point: top.b}, {line: {on: frame, at: [0, 0, 0], "
-             "facing: 90 deg}}], normal: {c: 1e5, D: 5}%s}\n"
-             "outputs: {left: {contact: left, read: friction}, press: {contact: left, read: force}}"
-             "\n",
-             right);
+    snprintf(
+        text, sizeof text,
+        "mechanism: table\n"
+        "gravity: [0.5 m/s^2, 0, -9.81 m/s^2]\n"
+        "bodies:\n"
+        "  x: {joint: T x}\n"
+        "  z: {parent: x, joint: T z, initial: {position: -0.0981 mm}}\n"
+        "  top: {parent: z, joint: R y, mass: 2 kg, inertia: {yy: 0.1}, "
+        "points: {a: [-0.4 m, 0, 0], b: [0.4 m, 0, 0]}}\n"
+        "contacts:\n"
+        "  left: {between: [{point: top.a}, {line: {on: frame, at: [0, 0, 0], "
+        "facing: 90 deg}}], normal: {c: 1e5, D: 5}, friction: {A: 0.5, stick: yes}}\n"
+        "  right: {between: [{point: top.b}, {line: {on: frame, at: [0, 0, 0], "
+        "facing: 90 deg}}], normal: {c: 1e5, D: 5}%s}\n"
+        "outputs: {left: {contact: left, read: friction}, press: {contact: left, read: force}, "
+        "pushed: {joint: x, read: reaction}, turned: {joint: top, read: reaction, component: my}}"
+        "\n",
+        right);
     return start(text);
 }
 
@@ -512,11 +564,75 @@ START_TEST(friction_that_two_feet_share_is_not_determined)
     ck_assert_stein(stein_run(sim, 0.1, err));
     ck_assert_int_eq(is_determined(sim, "left"), 0);
     ck_assert_int_eq(is_determined(sim, "press"), 1);
+    ck_assert_int_eq(is_determined(sim, "pushed"), 1); // only the sum counts there
+    ck_assert_int_eq(is_determined(sim, "turned"), 1);
     finish(sim);
     sim = start_table("");
     ck_assert_stein(stein_run(sim, 0.1, err));
     ck_assert_int_eq(is_determined(sim, "left"), 1);
     ck_assert_close(fabs(reads(sim, "left")), 1.0, 1e-6, 0.0);
+    finish(sim);
+}
+END_TEST
+
+/* The same table on legs, whose hinges are held: what a foot has of the friction goes through its
+ * leg. */
+START_TEST(friction_that_is_shared_leaves_open_what_lies_between)
+{
+    stein_sim *sim =
+        start("mechanism: table\n"
+              "gravity: [0.5 m/s^2, 0, -9.81 m/s^2]\n"
+              "bodies:\n"
+              "  x: {joint: T x}\n"
+              "  z: {parent: x, joint: T z, initial: {position: -0.0981 mm}}\n"
+              "  top: {parent: z, joint: R y, mass: 2 kg, inertia: {yy: 0.1}, "
+              "points: {a: [-0.4 m, 0, 0], b: [0.4 m, 0, 0]}}\n"
+              "  lamp: {parent: top, joint: R y, mass: 0.1 kg, centre: [0, 0, 0.1 m]}\n"
+              "  one: {parent: top, at: top.a, joint: R y, mass: 0.1 kg, inertia: {yy: 1e-4}, "
+              "points: {foot: [0, 0, -0.3 m]}}\n"
+              "  two: {parent: top, at: top.b, joint: R y, mass: 0.1 kg, inertia: {yy: 1e-4}, "
+              "points: {foot: [0, 0, -0.3 m]}}\n"
+              "inputs: {hold: {motion: one, idle: hold}, keep: {motion: two, idle: hold}}\n"
+              "contacts:\n"
+              "  left: {between: [{point: one.foot}, {line: {on: frame, at: [0, 0, -0.3 m], "
+              "facing: 90 deg}}], normal: {c: 1e5, D: 5}, friction: {A: 0.5, stick: yes}}\n"
+              "  right: {between: [{point: two.foot}, {line: {on: frame, at: [0, 0, -0.3 m], "
+              "facing: 90 deg}}], normal: {c: 1e5, D: 5}, friction: {A: 0.5, stick: yes}}\n"
+              "outputs: {left: {contact: left, read: friction}, leg: {joint: one, read: reaction}, "
+              "held: {joint: two, read: reaction, component: my}, "
+              "up: {joint: two, read: reaction, component: fz}, "
+              "pushed: {joint: x, read: reaction}, lamp: {joint: lamp, read: reaction}}\n");
+    ck_assert_stein(stein_run(sim, 0.1, err));
+    ck_assert_int_eq(is_determined(sim, "left"), 0);
+    ck_assert_int_eq(is_determined(sim, "leg"), 0);
+    ck_assert_int_eq(is_determined(sim, "held"), 0);
+    ck_assert_int_eq(is_determined(sim, "up"), 1);
+    ck_assert_int_eq(is_determined(sim, "pushed"), 1);
+    ck_assert_int_eq(is_determined(sim, "lamp"), 1);
+    finish(sim);
+}
+END_TEST
+
+/* A slide that is held presses a foot onto a rough floor: friction moves nothing, and has any size.
+ */
+START_TEST(friction_where_nothing_can_move_is_not_determined)
+{
+    stein_sim *sim =
+        start("mechanism: press\n"
+              "bodies:\n"
+              "  x: {joint: T x}\n"
+              "  z: {parent: x, joint: T z, mass: 2 kg, points: {c: [0, 0, 0]}, "
+              "initial: {position: -0.0981 mm}}\n"
+              "inputs: {hold: {motion: x, idle: hold}}\n"
+              "contacts: {floor: {between: [{point: z.c}, {line: {on: frame, at: [0, 0, 0], "
+              "facing: 90 deg}}], normal: {c: 2e5, D: 5}, friction: {A: 0.5, stick: yes}}}\n"
+              "outputs: {floor: {contact: floor, read: friction}, "
+              "side: {joint: x, read: reaction, component: fx}, "
+              "press: {contact: floor, read: force}}\n");
+    ck_assert_stein(stein_run(sim, 0.1, err));
+    ck_assert_int_eq(is_determined(sim, "floor"), 0);
+    ck_assert_int_eq(is_determined(sim, "side"), 0);
+    ck_assert_int_eq(is_determined(sim, "press"), 1);
     finish(sim);
 }
 END_TEST
@@ -538,7 +654,11 @@ Suite *reaction_suite(void)
     tcase_add_test(tc, mistakes_are_reported_at_their_place);
     tcase_add_test(tc, a_second_hinge_leaves_the_forces_of_both_open);
     tcase_add_test(tc, forces_of_a_four_bar_are_determined);
+    tcase_add_test(tc, along_an_axis_without_load_two_hinges_are_determined);
+    tcase_add_test(tc, hinges_that_are_not_parallel_leave_no_direction_out);
     tcase_add_test(tc, friction_that_two_feet_share_is_not_determined);
+    tcase_add_test(tc, friction_that_is_shared_leaves_open_what_lies_between);
+    tcase_add_test(tc, friction_where_nothing_can_move_is_not_determined);
     suite_add_tcase(suite, tc);
     return suite;
 }

@@ -413,6 +413,32 @@ START_TEST(near_a_singular_position_steps_are_explicit)
 }
 END_TEST
 
+/* The crank, with its slide at 45 deg, a hundred times as small: the elements of J of the hinges
+ * are their arms in metres, that of the slide is 1. */
+START_TEST(arms_of_millimetres_beside_a_slide_are_not_near_a_singular_position)
+{
+    static const char text[] =
+        "mechanism: crank\ngravity: [0, 0, -0.0981 m/s^2]\nbodies:\n"
+        "  ramp: {joint: R -y, initial: {position: 45 deg}}\n"
+        "  crank: {joint: R -y, mass: 1 kg, inertia: {yy: 1e-6 kg m^2}, points: {e: [1 mm, 0, 0]},"
+        " initial: {position: 2 rad, speed: 3 rad/s}}\n"
+        "  rod: {parent: crank, at: crank.e, joint: R -y, mass: 0.5 kg, centre: [1.5 mm, 0, 0], "
+        "inertia: {yy: 4e-7 kg m^2}, points: {e: [3 mm, 0, 0]}, initial: {guess: -1.3 rad}}\n"
+        "  block: {parent: ramp, joint: T x, mass: 0.3 kg, points: {c: [0, 0, 0]}, "
+        "initial: {guess: 3.5 mm}}\n"
+        "  tip: {parent: block, joint: T x, mass: 1 g, spring: {k: 1e5 N/m}, damping: 1e4 N s/m}\n"
+        "inputs: {hold: {motion: ramp, idle: hold}}\n"
+        "loops: {pin: {between: [rod.e, block.c]}}\nsimulation: {dt: 10 ms, until: 1 s}\n";
+    lab_model *model = open_text(text, NULL, 0);
+    stein_sim *sim = sim_of(model, STEIN_IMPLICIT);
+    ck_assert_stein(stein_run(sim, 1.0, err));
+    ck_assert_int_eq(counts_of(sim).implicit, counts_of(sim).taken);
+    ck_assert(counts_of(sim).refused == NULL);
+    stein_sim_destroy(sim);
+    lab_close(model);
+}
+END_TEST
+
 /* ---- mechanisms without implicit steps ---- */
 
 static void hook(void *ctx, double t, const double *q, const double *qd, double *Q)
@@ -561,6 +587,7 @@ Suite *stiff_suite(void)
     tcase_add_test(core, a_stiff_body_in_space_moves_as_with_short_steps);
     tcase_add_test(core, what_sticks_may_be_stiff_as_well);
     tcase_add_test(core, near_a_singular_position_steps_are_explicit);
+    tcase_add_test(core, arms_of_millimetres_beside_a_slide_are_not_near_a_singular_position);
     tcase_add_test(core, mechanisms_without_implicit_steps_stay_explicit_with_a_reason);
     tcase_add_test(core, a_stiff_motion_that_stays_explicit_has_a_reason);
     tcase_add_test(core, a_batch_takes_explicit_steps_unless_implicit_ones_are_requested);

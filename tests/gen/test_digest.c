@@ -2,9 +2,9 @@
  * test_digest.c - mechanisms of one structure have the same equations: a program with the equations
  * of one uses them for the other without generating.
  *
- * Model files are changed in places all over the text - a line is left out, a number becomes zero
- * or another one, a letter another one - and of those that can still be read one in three is
- * generated (of the action, one in 23); and each part of a mechanism that was read is changed by
+ * Model files are changed in places all over the text: a line is left out, a number becomes zero or
+ * another one, a letter another one. Of those that can still be read one in three is generated
+ * (of the action, one in 23). Each part of a mechanism that was read is changed by
  * itself.
  */
 #include <ctype.h>

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * data.c - a record from a CSV file.
  *
- * One pass over the file. A problem does not end the reading, so that one run names all of them;
- * from the first problem on rows are checked but no longer kept, and the file gives no data: half a
+ * One pass over the file. A problem does not end the reading, so that one run names all of them.
+ * From the first problem on rows are checked but no longer kept, and the file gives no data: half a
  * record is not to be fitted. Repeated problems of one kind (a thousand empty cells of
  * the time) are one message with a count.
  */

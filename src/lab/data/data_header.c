@@ -2,7 +2,7 @@
  * data_header.c - the lines above the rows of a data file: "#" lines and the titles of columns.
  *
  * Every name is looked up in the model at once, and every unit is checked against the one the model
- * has for that name: a record in the wrong unit, or of another mechanism, is refused before a
+ * has for that name. A record in the wrong unit, or of another mechanism, is refused before a
  * single row is read. A title without a unit is taken as SI; records that do not move like the
  * model are then reported before any fit (data_suspicions.c).
  */

@@ -2,8 +2,8 @@
  * data_lines.c - bytes of a data file become lines, cells, numbers; problems are collected.
  *
  * A record may have millions of rows, so the file is streamed. A number with up to 15 digits and a
- * power of ten up to 22 is converted by one exact product or quotient (Clinger 1990); instruments
- * write no others; only other numbers go through strtod, in the "C" locale. The power of ten of the
+ * power of ten up to 22 is converted by one exact product or quotient (Clinger 1990). Instruments
+ * write no others. Only other numbers go through strtod, in the "C" locale. The power of ten of the
  * unit is first added to the exponent of the number: 7.2 in a column of mm has the bits of 0.0072.
  */
 #include <errno.h>

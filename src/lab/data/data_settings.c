@@ -18,7 +18,7 @@
  *
  * Only values that a slip of the pen gives are searched. A free search would always find some
  * value that is better, and a wrong spring would be called a wrong setting. For the same reason the
- * second and the third need other strokes that fit: where the model is far from all of them, a
+ * second and the third need other strokes that fit. Where the model is far from all of them, a
  * stroke that just escapes and one that just does not differ much, with correct settings. A stroke
  * that slightly more or less friction explains is no contradiction.
  */

@@ -3,10 +3,10 @@
  * record of another mechanism: reported before any fit.
  *
  * Every record is compared with the model (data_compare.c). Where that fits, nothing is
- * asked. Where it does not, the readings that slips produce are tried: factors of 1000 and 100, the
- * factor between degrees and radians, the opposite sign, two columns exchanged, milliseconds for
- * seconds, alone or with degrees or thousandths. A reading is a suspicion when a record that was
- * far off fits with it:
+ * asked. Where it does not, the readings that slips produce are tried. They are factors of 1000 and
+ * 100, the factor between degrees and radians, the opposite sign, two columns exchanged,
+ * milliseconds for seconds, alone or with degrees or thousandths. A reading is a suspicion when a
+ * record that was far off fits with it:
  *
  *   - the misfit of the affected channels falls below `fits` and by the factor `better`, or
  *   - channels that could not be compared (misfit above `apart`) move about as they should, by the

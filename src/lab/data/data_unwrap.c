@@ -3,7 +3,7 @@
  *
  * A coordinate of the model has no end: behind +180 deg comes +181, not -179. So an angle with all
  * values within one turn is made continuous where it jumps from one end to the other. A jump is
- * more than three quarters of a turn from one sample to the next: a motion slower than a quarter of
+ * more than three quarters of a turn from one sample to the next. A motion slower than a quarter of
  * a turn a sample wraps by more, and a faster one can hardly be followed.
  */
 #include <math.h>

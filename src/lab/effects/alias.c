@@ -23,8 +23,8 @@
  * farther off, and at a depth x beside r of the lever has one that is longer by v, for friction one
  * that is longer by u. They are the same where (a + x/r) |v/u| + x/r + a^2/2 is below a hundredth.
  * The fourth holds where a felt is hardly pressed: of all straight lines the nearest one down to
- * the deepest d has dc' = dc + 3/4 db d + 3/5 da d^2, and is off by |db d/4 + 2/5 da d^2| d there;
- * they are the same where that is below a hundredth of dc' d. Data show a hundredth of a cause only
+ * the deepest d has dc' = dc + 3/4 db d + 3/5 da d^2, and is off by |db d/4 + 2/5 da d^2| d there.
+ * They are the same where that is below a hundredth of dc' d. Data show a hundredth of a cause only
  * if the cause is hundreds of its sd. Consequences of a formula of the file (string.height) need no
  * separate rule. A comparison of predictions would find the pairs that data cannot separate, which
  * is another question: it depends on the data and has an interval.

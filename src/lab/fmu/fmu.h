@@ -82,7 +82,7 @@ void fmu__describe_build(FILE *f, const fmu_list *list, const char *const *sourc
 
 /* ---- binary.c ---- */
 
-enum { FMU_SOURCES = 64, FMU_PLATFORM = 32, FMU_BINARIES = 16 };
+enum { FMU_SOURCES = 96, FMU_PLATFORM = 32, FMU_BINARIES = 16 };
 /** Sources that are compiled, in the folder sources of the FMU. */
 typedef struct fmu_sources {
     char *name[FMU_SOURCES + 1], *text[FMU_SOURCES + 1]; /* owned */

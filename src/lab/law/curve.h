@@ -132,7 +132,7 @@ typedef struct diag__reduced {
 } diag__reduced;
 /** Prior of the largest marginal likelihood, then f, cov, logdet, gained from M and c. */
 void diag__curve_choose(const diag__site *s, diag__reduced *q);
-/** cov of q as chosen, about f, of all priors, weighted by their marginal likelihood: the data may
+/** cov of q as chosen, about f, of all priors, weighted by their marginal likelihood. The data may
  *  determine the smoothness poorly, and the best prior alone gives bands that are too narrow.
  */
 void diag__curve_spread(const diag__site *s, diag__reduced *q);
@@ -167,7 +167,7 @@ stein_status diag__curve_scores(diag__curves *w, diag__curve *c, stein_err *err)
  *  be simulated ends it where it is. @return OK, ENOMEM */
 stein_status diag__curve_fit(diag__curves *w, diag__curve *c, stein_err *err);
 /** The end of a fit that describes the data: central differences and fine integration separate
- *  numbers with nearly the same effect, as a curve's offset and a spring's preload; with coarse
+ *  numbers with nearly the same effect, as a curve's offset and a spring's preload. With coarse
  *  ones such a pair seems determined. @return OK (also where it stays), ENOMEM */
 stein_status diag__curve_settle(diag__curves *w, diag__curve *c, stein_err *err);
 

@@ -108,7 +108,7 @@ static stein_status scatter_anew(diag__fitting *t, stein_err *err)
 }
 
 /* Gain of a round that is worth another one. Of a law that leaves more than noise it is the share
- * of the excess that each round would have to remove; the band of such a law is widened by the
+ * of the excess that each round would have to remove. The band of such a law is widened by the
  * excess, so that its last digits do not matter. */
 static double worth(const diag__curves *w, const diag__curve *c)
 {

@@ -4,7 +4,7 @@
  * Effects of the table come before a law: laws are fitted only where the best hypothesis leaves
  * more than noise. A law is accepted if its marginal likelihood gains as much as a cause has to
  * gain, and, where causes were named, if it leaves noise and they do not. A law that leaves more
- * than noise is reported with the share of the misfit that it explains: no function of one state of
+ * than noise is reported with the share of the misfit that it explains. No function of one state of
  * those tried explains the rest, as with hysteresis, where the force differs between loading and
  * unloading.
  */
@@ -179,7 +179,7 @@ static int fits_as_well(const diag__curves *w, const diag__curve *c, const diag_
 }
 
 /* Where the noise is not stated, a curve over speed comes before one over position that fits as
- * well: in a fall from one height both are equivalent, and a missing loss is more frequent
+ * well. In a fall from one height both are equivalent, and a missing loss is more frequent
  * than a missing spring. */
 static void prefer_speed(diag__laws *l)
 {

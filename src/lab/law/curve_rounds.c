@@ -8,7 +8,7 @@
  *
  * Escapements and bounces depend on the law, so the objective has a narrow, bent valley: a
  * shortened full step needs hundreds of rounds, a damped one (Marquardt 1963) follows the valley.
- * Each stroke's own numbers bend it most: after every step they are corrected alone, with the
+ * Each stroke's own numbers bend it most. After every step they are corrected alone, with the
  * residuals there and the present derivatives, as long as the objective falls (as in variable
  * projection, Golub & Pereyra 1973). That costs one simulation; derivatives cost one per unknown.
  */

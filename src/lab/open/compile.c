@@ -4,7 +4,7 @@
  *   CACHE/VERSION-abiN/stein/model.h            the header the equations include
  *   CACHE/VERSION-abiN/NAME-HASH.c, .so         one mechanism structure each
  *
- * The name holds everything the object depends on, so an entry never has to be updated; a file
+ * The name holds everything the object depends on, so an entry never has to be updated. A file
  * found under it is checked all the same (layout and hash), and made again if it does not fit. Each
  * file is written under a unique name and renamed, so two processes that need the same equations at
  * the same time at worst both compile them.

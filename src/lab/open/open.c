@@ -6,7 +6,7 @@
  *                        |                                           --else--> cache, compiler,
  *                        +--> values, by name                                  loader
  *
- * A changed number may change the structure (a zero that is none any more): equal hashes, of all
+ * A changed number may change the structure (a zero that is none any more). Equal hashes, of all
  * that equations depend on or of their text, prove that equations and file belong together. The
  * descriptor handed out is a copy with the file's values as defaults, so that equations which were
  * first compiled for unfit values do not keep failing with those.

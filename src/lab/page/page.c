@@ -13,10 +13,10 @@
 #include "page.h"
 
 /* in this order: a later one uses the earlier */
-static const char *const scripts[] = {"format.js",   "words.js",    "address.js", "engine.js",
-                                      "geometry.js", "scene.js",    "traces.js",  "strokes.js",
-                                      "replay.js",   "measured.js", "preview.js", "slider.js",
-                                      "tour.js",     "sound.js",    "main.js"};
+static const char *const scripts[] = {
+    "format.js", "words.js",  "address.js", "engine.js", "geometry.js", "brush.js",
+    "scene.js",  "traces.js", "strokes.js", "replay.js", "measured.js", "preview.js",
+    "slider.js", "tour.js",   "sound.js",   "texts.js",  "main.js"};
 enum { SCRIPTS = sizeof scripts / sizeof *scripts };
 
 static const char *const *lines_of(const char *name)

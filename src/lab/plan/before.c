@@ -11,10 +11,10 @@
  * would make them so.
  *
  * Then the same once more with each thing that could be measured or done besides, as the plan of
- * the next experiment lists them (experiments.c): another channel in all records; another setting,
- * start, load or motion in one record more. A third of the records reports and is not fitted, so it
- * does not help to separate causes. An amount counts in the limit that its candidate has in
- * the records without them.
+ * the next experiment lists them (experiments.c). Such a thing is another channel in all records;
+ * another setting, start, load or motion in one record more. A third of the records reports and is
+ * not fitted, so it does not help to separate causes. An amount counts in the limit that its
+ * candidate has in the records without them.
  */
 #include <math.h>
 #include <stdlib.h>

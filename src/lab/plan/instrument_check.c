@@ -2,7 +2,7 @@
  * instrument_check.c - a separate check of an instrument or of a number of the mechanism.
  *
  * Where a tilted camera, a distorting lens and a wrong length are rivals, no stroke separates them
- * quickly: each moves the same marker by a fraction of the noise, and trigger, offset and scatter
+ * quickly. Each moves the same marker by a fraction of the noise, and trigger, offset and scatter
  * of every stroke make up for most of that. A plumb line in the view tells it at once.
  *
  *   plumb line   its angle in the picture is the tilt          0.5 mrad

@@ -34,8 +34,8 @@ stein_status lab__steps_of(lab__steps *steps, const lab_model *model, const char
 
 /** A run that returns step by step the next operation of its simulation. */
 typedef struct lab__runner lab__runner;
-/** State that the next call of lab__runner_next needs of a simulation that may be in a lane: the
- * values that are always up to date, the state for reading, or all of it for changing. */
+/** State that the next call of lab__runner_next needs of a simulation that may be in a lane. It is
+ * the values that are always up to date, the state for reading, or all of it for changing. */
 typedef enum { LAB_NOTHING, LAB_TO_LOOK, LAB_TO_CHANGE } lab__need;
 /** Begin a run of a simulation, which stays its owner's, as a stroke or as a motion
  *  without a verdict.

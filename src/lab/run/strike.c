@@ -2,8 +2,8 @@
  * strike.c - one stroke and its results: escapement, impact, outcome.
  *
  * Everything with a time comes from the core's located events, not from samples, so it does not
- * depend on the sampling. At an event only positions are read; what needs another state (the
- * closing speed) is worked out after the step, from the coordinates kept at the event, by a central
+ * depend on the sampling. At an event only positions are read. What needs another state (the
+ * closing speed) is computed after the step, from the coordinates kept at the event, by a central
  * difference of the gap along the motion
  *
  *      dgap/dt = (gap(t + e, q + e qd) - gap(t - e, q - e qd)) / 2e,     e = 1 us

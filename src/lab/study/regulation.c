@@ -4,7 +4,8 @@
  * The paper studies only the first. Bending changes the spring's stiffness k or its neutral angle
  * theta_0, and with them the pawl's rest (the stop is soft) as well as its motion. Each of the
  * three is varied from the reference so that the escapement covers the same heights; the costs are
- * then compared at equal height. Re-arming is judged with the load lifted at 0.2 s: time until the
+ * then compared at equal height. Re-arming is judged with the load lifted at 0.2 s. It is the time
+ * until the
  * beak is under the roof for good, and the overlap of beak and roof that is ready for the next
  * stroke.
  */

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * repetition.c - how fast the key can be struck again, and how far it must come back for it.
  *
- * The key moves periodically, each way quintic in time: down in the time of the touch (at most 35 %
- * of the period), held down for 10 % of the period, up in the remaining time, held up for 10 %.
- * Both a louder stroke (less time down) and a softer one are looked at. A period works when every
- * one of STROKES strokes escapes once and strikes: a beak that did not get back under the roof
- * cannot escape again.
+ * The key moves periodically, each way quintic in time. It moves down in the time of the touch (at
+ * most 35 % of the period), held down for 10 % of the period, up in the remaining time, held up for
+ * 10 %. Both a louder stroke (less time down) and a softer one are looked at. A period works when
+ * every one of STROKES strokes escapes once and strikes: a beak that did not get back under the
+ * roof cannot escape again.
  *
  * A prescribed motion can also pull the key up, which no finger does. With `pushes` a period works
  * only if the motion never pulls while the key gathers speed upwards (the first half of that way;

@@ -5,7 +5,7 @@
  * each from its own equilibrium. The unit step that the slopes refer to: 0.1 mm for a length, 0.1
  * degree for an angle (1 % of an angle depends on where it is counted from), 1 % for everything
  * else. The difference starts at a quarter of it and is halved, at most four times, until each
- * response has two slopes that agree within 2 % (or within a negligible amount); slopes that never
+ * response has two slopes that agree within 2 % (or within a negligible amount). Slopes that never
  * agree are marked. The pair that agrees best counts: large steps bend, small ones drown in the
  * rounding of the peak. The time step is halved (10 us): at 20 us the vertex of the force between
  * steps is off by up to 2e-3 N, which a difference of 1 % magnifies.

@@ -4,7 +4,7 @@
  * Making tolerances (standard deviations): 1 % of every length, 0.01 rad of every angle (1 % of
  * slope; 1 % of an angle would depend on where it is counted from), 0.05 mm at the pawl's stop, 10
  * % of every felt (the stiffness a, b, c of one felt together, its damping D apart), 10 % of
- * friction; for other numbers the file's tolerance (+-), else 1 %. Every source is an independent
+ * friction. For other numbers the file's tolerance (+-), else 1 %. Every source is an independent
  * normal deviate; a source may move several parameters.
  *
  *   linear       var h = sum over sources of (sum over its parameters dh/dp sigma_p)^2, with the

@@ -3,11 +3,11 @@
  *
  * The paper drives with one mass. An agreement under a prescribed force is weak evidence about an
  * action (Thorin, Boutillon & Lozada 2014). So the key is also moved by prescribed motions, over
- * the path that it has under the load: pressed (quintic in time, from rest to rest) and struck
- * (full speed at once, slowing evenly). Key speed means the way of the load's place by the time it
- * takes: the duration of the motion, or, under a load, the time to the impact.
+ * the path that it has under the load. It is pressed (quintic in time, from rest to rest) and
+ * struck (full speed at once, slowing evenly). Key speed means the way of the load's place by the
+ * time it takes: the duration of the motion, or, under a load, the time to the impact.
  *
- * Usable are strokes that let the hammer go, strike once, and answer to the player: near the
+ * Usable are strokes that let the hammer go, strike once, and answer to the player. Near the
  * softest stroke the head's speed falls to nothing within a few percent of key speed. There the
  * exponent d ln(head speed) / d ln(key speed), taken to the next slower stroke, exceeds 3. (At a
  * prescribed motion the hammer often flies ahead of the slowing key and leaves the notch only

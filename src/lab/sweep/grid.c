@@ -4,7 +4,7 @@
  *   point = ((i0 * n1 + i1) * n2 + i2) ...     i_k: index on axis k, the last axis fastest
  *
  * A value of a grid is computed in the given unit, rounded to 15 decimal digits of the axis'
- * largest number, and then read like any number of a mechanism file: so the grid -1.2:0:13 mm holds
+ * largest number, and then read like any number of a mechanism file. So the grid -1.2:0:13 mm holds
  * exactly the double of "-1.1 mm", not from + i*step with the noise of a binary 0.1.
  */
 #include <math.h>

@@ -6,7 +6,7 @@
  *                    | +--points without row--> batch (threads, lanes) --row--> journal
  *                    +-----------------------------------------+
  *
- * A point is known by the head, not by the run that computed it: the head names the version, the
+ * A point is known by the head, not by the run that computed it. The head names the version, the
  * equations, a hash of all parameter values that are not varied, the integrator and the times.
  */
 #include <math.h>

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT
- * plane.h - directions, places, velocities and forces of bodies in the plane.
+ * planar.h - directions, places, velocities and forces of bodies in the plane.
  * Included by: this folder.
  */
-#ifndef STEIN_PLANE_H
-#define STEIN_PLANE_H
+#ifndef STEIN_PLANAR_H
+#define STEIN_PLANAR_H
 
 #include "real.h"
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * abreast.c - places of one simulation side by side in a register: depth, speeds, laws and forces
- * as contact.c and pair_force.h have them, operation by operation, so with the same bits.
+ * contact_lanes.c - places of one simulation side by side in a register. Depth, speeds, laws and
+ * forces are those of contact.c and pair_force.h, operation by operation, so with the same bits.
  * Two of them on every processor. Where a library is for processors with AVX2 as well, this file is
  * compiled once more, for four.
  */
@@ -8,10 +8,10 @@
 #define STEIN_LANES 2
 #endif
 
-#include "abreast.h"
+#include "contact_lanes.h"
 
 #include "laws.h"
-#include "plane.h"
+#include "planar.h"
 
 /* a register in memory that is aligned as two doubles are */
 typedef double stored __attribute__((vector_size(8 * STEIN_LANES), aligned(16), may_alias));
@@ -70,7 +70,7 @@ static inline real plain_normal(const stein__each *of, real depth, real rate)
     return stein__normal(law, 0, depth, rate);
 }
 
-ALWAYS void press(const stein__group *g, stein__deed *deed)
+ALWAYS void contact_forces(const stein__group *g, stein__contact_record *record)
 {
     stein_pose a = poses(g, 0), b = poses(g, 1);
     vec2 at = place(&a, number(&g->at[0]), number(&g->at[1]));
@@ -99,35 +99,35 @@ ALWAYS void press(const stein__group *g, stein__deed *deed)
         push(g, 3, force, moment, moment1);
     }
 #endif
-    if (deed != NULL) {
-        put(&deed->at[0], at.x);
-        put(&deed->at[1], at.z);
-        put(&deed->n[0], n.x);
-        put(&deed->n[1], n.z);
-        put(&deed->depth, depth);
-        put(&deed->rate, rate);
-        put(&deed->speed, speed);
-        put(&deed->slip, slip);
-        put(&deed->grip, grip);
-        put(&deed->normal, normal);
-        put(&deed->tangent, tangent);
+    if (record != NULL) {
+        put(&record->at[0], at.x);
+        put(&record->at[1], at.z);
+        put(&record->n[0], n.x);
+        put(&record->n[1], n.z);
+        put(&record->depth, depth);
+        put(&record->rate, rate);
+        put(&record->speed, speed);
+        put(&record->slip, slip);
+        put(&record->grip, grip);
+        put(&record->normal, normal);
+        put(&record->tangent, tangent);
     }
 }
 
 #if STEIN_LANES == 2
-#define PRESS      stein__press2
-#define PRESS_TOLD stein__press2_told
+#define CONTACT_FORCES          stein__contact_forces2
+#define CONTACT_FORCES_RECORDED stein__contact_forces2_recorded
 #else
-#define PRESS      stein__press4
-#define PRESS_TOLD stein__press4_told
+#define CONTACT_FORCES          stein__contact_forces4
+#define CONTACT_FORCES_RECORDED stein__contact_forces4_recorded
 #endif
 
-void PRESS(const stein__group *g)
+void CONTACT_FORCES(const stein__group *g)
 {
-    press(g, NULL);
+    contact_forces(g, NULL);
 }
 
-void PRESS_TOLD(const stein__group *g, stein__deed *deed)
+void CONTACT_FORCES_RECORDED(const stein__group *g, stein__contact_record *record)
 {
-    press(g, deed);
+    contact_forces(g, record);
 }

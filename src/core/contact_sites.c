@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * touch.c - the pairs that touch and rub, spots and notches: where their numbers are, once for a
- * simulation, and what follows from its parameters.
+ * contact_sites.c - the pairs that touch and rub, spots and notches: where their numbers are, once
+ * for a simulation, and what follows from its parameters.
  */
 #include "core.h"
 
@@ -45,11 +45,11 @@ static site site_of_notch(stein_sim *sim, int i)
 }
 
 #if STEIN_LANES == 1
-static stein__abreast widest(void)
+static stein__contact_kernel widest(void)
 {
-    stein__abreast two = {2, stein__press2, stein__press2_told};
+    stein__contact_kernel two = {2, stein__contact_forces2, stein__contact_forces2_recorded};
 #if STEIN_WIDEST == 8
-    stein__abreast four = {4, stein__press4, stein__press4_told};
+    stein__contact_kernel four = {4, stein__contact_forces4, stein__contact_forces4_recorded};
     return stein__processor_lanes() >= 4 ? four : two;
 #else
     return two;
@@ -82,7 +82,7 @@ INNER void stein__gather(stein_sim *sim)
         sim->site[i] = site_of_notch(sim, i - model->nspot);
     }
 #if STEIN_LANES == 1
-    sim->abreast = widest();
+    sim->kernel = widest();
 #endif
     for (int j = 0; j < model->nq; j++) {
         sim->hold.joint[j] = -1;
@@ -145,7 +145,7 @@ static void prepare_notch(site *s, const real *d, int place)
 INNER void stein__pairs_prepare(stein_sim *sim)
 {
     int nspot = sim->model->nspot;
-    sim->npressing = -1;
+    sim->nactive = -1;
     for (int i = 0; i < sim->nsite; i++) {
         site *s = &sim->site[i];
         prepare_pair(sim, &s->pair);
@@ -164,10 +164,10 @@ INNER void stein__pairs_prepare(stein_sim *sim)
 #if STEIN_LANES == 1
 
 /* a site as place k of a group, and in the unused places behind it */
-static void put_abreast(stein__group *g, int k, const site *s)
+static void put_in_lane(stein__group *g, int k, const site *s)
 {
     const pair *p = &s->pair;
-    for (; k < STEIN__MOST_ABREAST; k++) {
+    for (; k < STEIN__MOST_TOGETHER; k++) {
         for (int side = 0; side < 2; side++) {
             g->at[2 * side].of[k] = s->at[side].x;
             g->at[2 * side + 1].of[k] = s->at[side].z;
@@ -187,38 +187,38 @@ static void put_abreast(stein__group *g, int k, const site *s)
 }
 
 /* Plain sites that follow each other are a group: forces are summed in the order of sites. */
-static void list_pressing(stein_sim *sim)
+static void list_active(stein_sim *sim)
 {
     int room = 0, n = -1; // places left in the last group, the last group
-    sim->npressing = 0;
+    sim->nactive = 0;
     for (int i = 0; i < sim->nsite; i++) {
         const site *s = &sim->site[i];
         if (!sim->mode[s->guard]) {
             continue;
         }
         if (s->kind == ANY_SITE) {
-            sim->pressing[sim->npressing++] = i;
+            sim->active[sim->nactive++] = i;
             room = 0;
             continue;
         }
         if (room == 0) {
-            sim->pressing[sim->npressing++] = -1;
-            room = sim->abreast.most;
+            sim->active[sim->nactive++] = -1;
+            room = sim->kernel.most;
             sim->group[++n].n = 0;
         }
         stein__group *g = &sim->group[n];
-        put_abreast(g, g->n, s);
+        put_in_lane(g, g->n, s);
         g->site[g->n++] = i;
         room--;
     }
 }
 
-void stein__find_pressing(stein_sim *sim)
+void stein__find_active(stein_sim *sim)
 {
     size_t n = (size_t)sim->nguard;
-    if (sim->npressing < 0 || memcmp(sim->as_of, sim->mode, n) != 0) {
+    if (sim->nactive < 0 || memcmp(sim->as_of, sim->mode, n) != 0) {
         memcpy(sim->as_of, sim->mode, n);
-        list_pressing(sim);
+        list_active(sim);
     }
 }
 
