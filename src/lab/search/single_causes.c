@@ -6,6 +6,10 @@
  * a small one, and a cause that is missing bends the numbers of the null hypothesis. Each cause
  * that has no row yet is fitted then, the best expected ones first, for as much work as the search
  * has taken so far, and no more than MOST.
+ *
+ * A long swing that friction and a wrong length both change has left the phase of every start: then
+ * no row is near, and rows that ended far off say nothing of their hypotheses. Each cause is fitted
+ * from the numbers of the file once more, over growing horizons where need be.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -14,6 +18,14 @@
 
 enum { RECORDS = 6, MOST = 24 };
 static const double unexplained = 0.2; /* share of what chi2/dof is above 1: so little is left */
+static const double far = 50.0;        /* chi2/dof, and */
+static const double astray = 0.05;     /* residual in the motion: no fit has found the records */
+
+/* has a fit ended far from the records? */
+static int is_lost(const diag__row *row)
+{
+    return row == NULL || (row->chi2_dof > far && row->relative > astray);
+}
 
 /* the proposal of column a, its amount within its limit and of a possible sign */
 static int single(const diag__problem *q, const diag__linear *l, int a, diag__proposal *to)
@@ -35,10 +47,10 @@ static stein_status try_columns(diag__problem *q, diag__table *t, const diag__li
 {
     diag__ranked list[DIAG_COLUMNS];
     diag__proposal p;
-    int n = 0, found = 0;
+    int n = 0, found = 0, anew = is_lost(diag__incumbent(q, t));
     long most = 2 * q->strokes;
     for (int a = 0; a < l->n && n < DIAG_COLUMNS; a++) {
-        if (single(q, l, a, &p) && diag__find(t, &p.h) == NULL) {
+        if (single(q, l, a, &p) && (anew || diag__find(t, &p.h) == NULL)) {
             list[n++] = (diag__ranked){a, -1, p.expected};
         }
     }
@@ -47,11 +59,12 @@ static stein_status try_columns(diag__problem *q, diag__table *t, const diag__li
     for (int i = 0; i < n && i < MOST && !found && status == STEIN_OK && q->strokes < most; i++) {
         diag__row *one = NULL;
         single(q, l, list[i].a, &p);
-        p.parent = diag__index(t, l->row);
-        if (diag__find(t, &p.h) == NULL && !diag__is_spent(q)) {
+        p.parent = anew ? -1 : diag__index(t, l->row);
+        if ((anew || diag__find(t, &p.h) == NULL) && !diag__is_spent(q)) {
             status = diag__try(q, t, &p, &one, err);
         }
-        found = one != NULL && diag__is_possible(q, one) && diag__leaves_noise(one);
+        found = one != NULL && diag__is_possible(q, one) &&
+                (anew ? !is_lost(one) : diag__leaves_noise(one));
     }
     return status;
 }
@@ -62,7 +75,8 @@ stein_status diag__try_each(diag__problem *q, diag__table *t, stein_err *err)
     diag__linear l;
     stein_err why = {STEIN_OK, ""};
     int found = null == NULL || diag__leaves_noise(best) ||
-                (best->h.n > 0 && best->chi2_dof - 1.0 < unexplained * (null->chi2_dof - 1.0));
+                (best->h.n > 0 && !is_lost(best) &&
+                 best->chi2_dof - 1.0 < unexplained * (null->chi2_dof - 1.0));
     if (found || diag__is_spent(q)) {
         return STEIN_OK;
     }
