@@ -122,27 +122,60 @@ static stein_status descend_free(fit__problem *p, fit__end *e, int known, stein_
     return fit__descend(p, e, known, enough, are_events(p) ? RENEWALS_EVENTS : RENEWALS_FAR, err);
 }
 
+/* samples up to a horizon */
+static double samples_until(const fit__problem *p, double until)
+{
+    double n = 0.0;
+    for (int s = 0; s < p->nstroke; s++) {
+        const fit__stroke *t = &p->stroke[s];
+        for (int i = 0; i < t->nch * t->n; i++) {
+            int counts = isfinite(t->y[i]) && fit__time_of(t, i % t->n) - t->origin <= until;
+            n += counts ? t->share[i] * t->share[i] : 0.0;
+        }
+    }
+    return fmax(1.0, n);
+}
+
 /* All numbers over a horizon that grows from the start windows to the whole records: a swing whose
- * frequency is off by one in a hundred has lost its phase after fifty. */
-static stein_status descend_growing(fit__problem *p, fit__end *e, stein_err *err)
+ * frequency is off by one in a hundred has lost its phase after fifty.
+ * @param lost  NULL: to the end; else out: the horizon over which the fit ended far off, where it
+ *              stops; INFINITY: it did not */
+static stein_status descend_growing(fit__problem *p, fit__end *e, double *lost, stein_err *err)
 {
     double whole = 0.0, until = 0.0;
     stein_status status = STEIN_OK;
+    int near = 1;
     for (int s = 0; s < p->nstroke; s++) {
         const fit__stroke *t = &p->stroke[s];
         whole = fmax(whole, t->data->time[t->n - 1] - t->origin);
         until = fmax(until, 2.0 * t->window);
     }
     diag__hold_scatter(p, 1);
-    for (until = fmax(until, least_horizon * whole); until < whole && status == STEIN_OK;
+    for (until = fmax(until, least_horizon * whole); until < whole && status == STEIN_OK && near;
          until *= horizon) {
         stein_err why;
         p->horizon = until;
-        status = fit__forgive(fit__descend(p, e, 0, enough, RENEWALS_HELD, &why), err);
+        status = fit__descend(p, e, 0, enough, RENEWALS_HELD, &why);
+        if (lost != NULL) {
+            near = status == STEIN_OK && e->objective < hopeless * samples_until(p, until);
+            *lost = near ? (double)INFINITY : until;
+        }
+        status = fit__forgive(status, err);
     }
     diag__hold_scatter(p, 0);
     p->horizon = INFINITY;
     return status;
+}
+
+stein_status diag__follows(fit__problem *p, fit__end *e, double *until, stein_err *err)
+{
+    *until = INFINITY;
+    return descend_growing(p, e, until, err);
+}
+
+static stein_status descend_to_end(fit__problem *p, fit__end *e, stein_err *err)
+{
+    return descend_growing(p, e, NULL, err);
 }
 
 /* First without an observer, which costs a quarter. Where that ends far off, from the same start
@@ -150,7 +183,7 @@ static stein_status descend_growing(fit__problem *p, fit__end *e, stein_err *err
 static stein_status descend_if_far(fit__problem *p, fit__end *e, stein_err *err)
 {
     stein_status (*const way[])(fit__problem *, fit__end *, stein_err *) = {NULL, descend_held,
-                                                                            descend_growing};
+                                                                            descend_to_end};
     size_t size = sizeof *e->x * (size_t)p->nu, n = sizeof way / sizeof *way, last = n;
     double *x = malloc(2 * size + 1), *end = x + (x != NULL ? p->nu : 0), reached = INFINITY;
     stein_status status = x != NULL ? STEIN_OK : STEIN_ENOMEM;

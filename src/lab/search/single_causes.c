@@ -8,15 +8,16 @@
  * has taken so far, and no more than MOST.
  *
  * A long swing that friction and a wrong length both change has left the phase of every start: then
- * no row is near, and rows that ended far off say nothing of their hypotheses. Each cause is fitted
- * from the numbers of the file once more, over growing horizons where need be.
+ * no row is near, and rows that ended far off say nothing of their hypotheses. A cause is then ranked
+ * by how far it follows the records from their beginning, with the numbers of the file at the start,
+ * and the best ones are fitted over horizons that grow from there.
  */
 #include <math.h>
 #include <stdlib.h>
 
 #include "proposing.h"
 
-enum { RECORDS = 6, MOST = 24 };
+enum { RECORDS = 6, MOST = 24, MOST_ANEW = 6 };
 static const double unexplained = 0.2; /* share of what chi2/dof is above 1: so little is left */
 static const double far = 50.0;        /* chi2/dof, and */
 static const double astray = 0.05;     /* residual in the motion: no fit has found the records */
@@ -42,6 +43,22 @@ static int single(const diag__problem *q, const diag__linear *l, int a, diag__pr
     return 1;
 }
 
+/* the causes that follow the records furthest first */
+static stein_status rank_by_reach(diag__problem *q, const diag__linear *l, diag__ranked *list, int n,
+                                  stein_err *err)
+{
+    stein_status status = STEIN_OK;
+    for (int i = 0; i < n && status == STEIN_OK && !diag__is_spent(q); i++) {
+        diag__proposal p;
+        double until = 0.0;
+        single(q, l, list[i].a, &p);
+        status = diag__reach(q, &p, &until, err);
+        list[i].expected = -until;
+    }
+    diag__rank(list, n);
+    return status;
+}
+
 static stein_status try_columns(diag__problem *q, diag__table *t, const diag__linear *l,
                                 stein_err *err)
 {
@@ -56,7 +73,12 @@ static stein_status try_columns(diag__problem *q, diag__table *t, const diag__li
     }
     diag__rank(list, n);
     stein_status status = STEIN_OK;
-    for (int i = 0; i < n && i < MOST && !found && status == STEIN_OK && q->strokes < most; i++) {
+    if (anew) {
+        n = n < MOST ? n : MOST;
+        status = rank_by_reach(q, l, list, n, err);
+        most += 2 * q->strokes;
+    }
+    for (int i = 0; i < n && i < (anew ? MOST_ANEW : MOST) && !found && status == STEIN_OK && q->strokes < most; i++) {
         diag__row *one = NULL;
         single(q, l, list[i].a, &p);
         p.parent = anew ? -1 : diag__index(t, l->row);
