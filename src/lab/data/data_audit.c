@@ -164,8 +164,8 @@ static void audit_events(const lab_audit *audit, const lab_column *c, lab_channe
     a->noise = isnan(c->noise) ? a->noise_estimated : c->noise;
 }
 
-/* A command that is switched between few values, as that of a relay or a step: these are no steps of
- * an instrument, and nothing is cut off. */
+/* A command that is switched between few values, as that of a relay or a step: these are no steps
+ * of an instrument, and nothing is cut off. */
 static int is_switched(const data__series *s)
 {
     double value[SWITCHED];
@@ -210,7 +210,8 @@ static void audit_channel(data__series *s, const lab_data *data, const lab_colum
     if (a->starts_at_rest) {
         data__first_motion(s, rest[0], a);
     }
-    if (!pulses && !switched) { // a contact force may be there for one sample, and is nothing before and after
+    if (!pulses &&
+        !switched) { // a contact force may be there for one sample, and is nothing before and after
         data__spikes(s, a);
         data__saturation(s, a);
     }

@@ -21,8 +21,9 @@
  *      m = mean of (y - h)^2/(noise^2 + (range/100)^2),
  *
  * so that wrong parameters, which cost some hundredths of the range in half a swing, do not decide.
- * An alternative is reported when m falls ten times, in every stroke that was simulated, and when it
- * fits: where friction holds what the equations let run away, less motion is nearer, whatever it is.
+ * An alternative is reported when m falls ten times, in every stroke that was simulated, and when
+ * it fits: where friction holds what the equations let run away, less motion is nearer, whatever it
+ * is.
  */
 #include <math.h>
 #include <stdlib.h>

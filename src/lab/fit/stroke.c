@@ -86,7 +86,8 @@ void fit__share_steps(fit__problem *p)
     for (int s = 0; s < p->nstroke; s++) {
         fit__stroke *t = &p->stroke[s];
         for (int c = 0; c < t->nsampled; c++) {
-            double step = step_of(p, t->channel[c]), noise = step / sqrt(12.0), *y = t->y + c * t->n;
+            double step = step_of(p, t->channel[c]), noise = step / sqrt(12.0),
+                   *y = t->y + c * t->n;
             if (t->given[c] || t->step[c] > 0.0 || !(t->noise[c] < noise) || !lies_on(t, c, step)) {
                 continue;
             }

@@ -239,7 +239,8 @@ stein_status diag__evaluate(diag__problem *q, diag__table *t, const diag__propos
     return status;
 }
 
-stein_status diag__reach(diag__problem *q, const diag__proposal *from, double *until, stein_err *err)
+stein_status diag__reach(diag__problem *q, const diag__proposal *from, double *until,
+                         stein_err *err)
 {
     diag__row *row = calloc(1, sizeof *row);
     stein_err why = {STEIN_OK, ""};

@@ -295,7 +295,8 @@ stein_status diag__evaluate(diag__problem *q, diag__table *t, const diag__propos
 /** Noise of the records in p times a factor. */
 void diag__scale_noise(fit__problem *p, double factor);
 /** How far a hypothesis follows the records [s], from the numbers of the file; 0: it fails. */
-stein_status diag__reach(diag__problem *q, const diag__proposal *from, double *until, stein_err *err);
+stein_status diag__reach(diag__problem *q, const diag__proposal *from, double *until,
+                         stein_err *err);
 /** A row to the end of its fit, with central differences and fine steps. @return OK, ENOMEM */
 stein_status diag__refine_row(diag__row *row, stein_err *err);
 void diag__row_free(diag__row *row);

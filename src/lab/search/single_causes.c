@@ -8,9 +8,9 @@
  * has taken so far, and no more than MOST.
  *
  * A long swing that friction and a wrong length both change has left the phase of every start: then
- * no row is near, and rows that ended far off say nothing of their hypotheses. A cause is then ranked
- * by how far it follows the records from their beginning, with the numbers of the file at the start,
- * and the best ones are fitted over horizons that grow from there.
+ * no row is near, and rows that ended far off say nothing of their hypotheses. A cause is then
+ * ranked by how far it follows the records from their beginning, with the numbers of the file at
+ * the start, and the best ones are fitted over horizons that grow from there.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -44,8 +44,8 @@ static int single(const diag__problem *q, const diag__linear *l, int a, diag__pr
 }
 
 /* the causes that follow the records furthest first */
-static stein_status rank_by_reach(diag__problem *q, const diag__linear *l, diag__ranked *list, int n,
-                                  stein_err *err)
+static stein_status rank_by_reach(diag__problem *q, const diag__linear *l, diag__ranked *list,
+                                  int n, stein_err *err)
 {
     stein_status status = STEIN_OK;
     for (int i = 0; i < n && status == STEIN_OK && !diag__is_spent(q); i++) {
@@ -78,7 +78,9 @@ static stein_status try_columns(diag__problem *q, diag__table *t, const diag__li
         status = rank_by_reach(q, l, list, n, err);
         most += 2 * q->strokes;
     }
-    for (int i = 0; i < n && i < (anew ? MOST_ANEW : MOST) && !found && status == STEIN_OK && q->strokes < most; i++) {
+    for (int i = 0; i < n && i < (anew ? MOST_ANEW : MOST) && !found && status == STEIN_OK &&
+                    q->strokes < most;
+         i++) {
         diag__row *one = NULL;
         single(q, l, list[i].a, &p);
         p.parent = anew ? -1 : diag__index(t, l->row);
