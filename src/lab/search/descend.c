@@ -36,6 +36,7 @@ enum { RUNGS = sizeof rung / sizeof *rung };
 static const double enough = 0.3;    /* of the objective: a fit has ended */
 static const double far = 9.0;       /* chi2 per sample: three noises */
 static const double hopeless = 25.0; /* the same of a fit that is not led to its end */
+static const double astray = 0.1;    /* residual in the motion: the phase is lost */
 static const double outlying = 9.0;  /* the same of a record, in that of the record in the middle */
 static const double no_weight = 1e-3;     /* of a record that a fit has lost */
 static const double horizon = 1.5;        /* from one to the next */
@@ -122,18 +123,26 @@ static stein_status descend_free(fit__problem *p, fit__end *e, int known, stein_
     return fit__descend(p, e, known, enough, are_events(p) ? RENEWALS_EVENTS : RENEWALS_FAR, err);
 }
 
-/* samples up to a horizon */
-static double samples_until(const fit__problem *p, double until)
+/* the sum of squares over a horizon from which a fit has lost the records */
+static double lost_from(const fit__problem *p, double until)
 {
-    double n = 0.0;
+    double sum = 0.0;
     for (int s = 0; s < p->nstroke; s++) {
         const fit__stroke *t = &p->stroke[s];
-        for (int i = 0; i < t->nch * t->n; i++) {
-            int counts = isfinite(t->y[i]) && fit__time_of(t, i % t->n) - t->origin <= until;
-            n += counts ? t->share[i] * t->share[i] : 0.0;
+        for (int c = 0; c < t->nch; c++) {
+            double n = 0.0, mean = 0.0, square = 0.0;
+            for (int i = c * t->n; i < (c + 1) * t->n; i++) {
+                int counts = isfinite(t->y[i]) && fit__time_of(t, i % t->n) - t->origin <= until;
+                double w = counts ? t->share[i] * t->share[i] : 0.0;
+                n += w;
+                mean += w > 0.0 ? w * t->y[i] : 0.0;
+                square += w > 0.0 ? w * t->y[i] * t->y[i] : 0.0;
+            }
+            double motion = square - mean * mean / fmax(n, 1e-300);
+            sum += fmax(hopeless * n, astray * astray * motion / (t->noise[c] * t->noise[c]));
         }
     }
-    return fmax(1.0, n);
+    return fmax(1.0, sum);
 }
 
 /* All numbers over a horizon that grows from the start windows to the whole records: a swing whose
@@ -157,7 +166,7 @@ static stein_status descend_growing(fit__problem *p, fit__end *e, double *lost, 
         p->horizon = until;
         status = fit__descend(p, e, 0, enough, RENEWALS_HELD, &why);
         if (lost != NULL) {
-            near = status == STEIN_OK && e->objective < hopeless * samples_until(p, until);
+            near = status == STEIN_OK && e->objective < lost_from(p, until);
             *lost = near ? (double)INFINITY : until;
         }
         status = fit__forgive(status, err);
