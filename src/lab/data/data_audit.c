@@ -13,7 +13,7 @@
 
 #include "data_internal.h"
 
-enum { MOST_RESTS = 1000 };
+enum { MOST_RESTS = 1000, SWITCHED = 8 };
 static const double finest_time = 1e-5; /* noise of a time, at least [s]: sound at 44.1 kHz */
 static const double of_step = 0.1;      /* relative sd of step/sqrt(12) as the noise: it may lock */
 
@@ -164,6 +164,25 @@ static void audit_events(const lab_audit *audit, const lab_column *c, lab_channe
     a->noise = isnan(c->noise) ? a->noise_estimated : c->noise;
 }
 
+/* A command that is switched between few values, as that of a relay or a step: these are no steps
+ * of an instrument, and nothing is cut off. */
+static int is_switched(const data__series *s)
+{
+    double value[SWITCHED];
+    int n = 0;
+    for (int i = 0; i < s->n && n <= SWITCHED; i++) {
+        int k = 0;
+        while (k < n && value[k] != s->v[i]) {
+            k++;
+        }
+        if (k == n && n < SWITCHED) {
+            value[n] = s->v[i];
+        }
+        n += k == n;
+    }
+    return n <= SWITCHED;
+}
+
 static void audit_channel(data__series *s, const lab_data *data, const lab_column *c,
                           lab_channel_audit *a, int (*rest)[2])
 {
@@ -177,7 +196,9 @@ static void audit_channel(data__series *s, const lab_data *data, const lab_colum
         a->correlation[i] = NAN;
     }
     take_series(s, data, c, a);
-    a->step = data__step(s);
+    int switched = c->role == LAB_INPUT &&
+                   data->model->inputs[c->index].kind != STEIN_INPUT_MOTION && is_switched(s);
+    a->step = switched ? 0.0 : data__step(s);
     int n = find_rests(s, c, a, rest);
     a->noise = isnan(c->noise) ? a->noise_estimated : c->noise;
     a->locking = locking(s, rest, n, a->step);
@@ -189,7 +210,8 @@ static void audit_channel(data__series *s, const lab_data *data, const lab_colum
     if (a->starts_at_rest) {
         data__first_motion(s, rest[0], a);
     }
-    if (!pulses) { // a contact force may be there for one sample, and is nothing before and after
+    if (!pulses &&
+        !switched) { // a contact force may be there for one sample, and is nothing before and after
         data__spikes(s, a);
         data__saturation(s, a);
     }

@@ -11,6 +11,7 @@
 #include "diagnosis.h"
 
 static const double no_gain = 0.98, worse = 1.01; /* ratio of errors */
+static const double far = 50.0; /* chi2/dof from which a gain has to be beyond doubt */
 
 /* the row with all causes of one but this; NULL: there is none */
 static const diag__row *row_without(const diag__table *t, const diag__row *row,
@@ -206,6 +207,7 @@ stein_status diag__is_shown(const diagnosis *d, int *yes, stein_err *err)
     stein_status status = diag__report(least, &d->reporting, &without, &why);
     status = status == STEIN_OK ? diag__compare(&without, &d->after, &g, &why) : status;
     diag__reported_free(&without);
-    *yes = !isfinite(g.ratio) || g.ratio < (certain ? worse : no_gain);
+    int clear = best->chi2_dof <= far || g.hi < 1.0;
+    *yes = !isfinite(g.ratio) || (clear && g.ratio < (certain ? worse : no_gain));
     return fit__forgive(status, err);
 }

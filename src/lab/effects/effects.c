@@ -22,10 +22,11 @@
 
 static const lab_effect effects[] = {
     {"viscous_friction", MISSING, LAB_AT_JOINT, "b", "damping", NULL, "torque -b qd",
-     "decay in proportion to speed; ring-down by a constant ratio", "quadratic_drag", NULL, 0, 0},
+     "decay in proportion to speed; ring-down by a constant ratio",
+     "quadratic_drag coulomb_friction", NULL, 0, 0},
     {"coulomb_friction", MISSING, LAB_AT_JOINT, "T", "coulomb.T", "coulomb.w",
      "torque -T tanh(qd/w)", "constant loss in either direction; slow strokes suffer most",
-     "preload stiction_peak", NULL, 0, 0},
+     "viscous_friction preload stiction_peak", NULL, 0, 0},
     {"stiction_peak", MISSING, LAB_AT_JOINT, "B1", "friction.B1", "friction.B2",
      "joint friction A (tanh u + B1 u/(1 + B2 u^4)), u = qd/vt",
      "late, sudden starts; only at low speed", "coulomb_friction", NULL, 0, 0},

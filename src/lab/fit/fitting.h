@@ -138,6 +138,7 @@ typedef struct fit__stroke {
     double *noise;       /* [nch] sd */
     double *audited;     /* [nch] noise by file or audit, before the residual was asked */
     double *residual;    /* [nch] noise as the residual has it */
+    double *step;        /* [nch] quantisation step as the record shows it, 0: none */
     int *given;          /* [nch] noise by the file */
     int *delay;          /* [nch] parameter of the instrument's delay, -1: none */
     double *y;           /* [nch*n], NAN: missing. Of events: when the i-th one was [s] */
@@ -247,6 +248,7 @@ double fit__slope(const fit__unknown *u, double x);
 
 /** A stroke of p from its data. @return OK, EINVAL (no output to fit), ENOMEM */
 stein_status fit__take_stroke(fit__problem *p, int stroke, const lab_data *data, stein_err *err);
+void fit__share_steps(fit__problem *p);
 
 /* ---- event_times.c ---- */
 

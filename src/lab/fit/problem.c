@@ -483,6 +483,9 @@ static stein_status make(fit__problem *p, const lab_model *model, const lab_data
     for (int s = 0; status == STEIN_OK && s < data->n; s++) {
         status = fit__take_stroke(p, s, data->stroke[s], err);
     }
+    if (status == STEIN_OK) {
+        fit__share_steps(p);
+    }
     status = status == STEIN_OK ? take_free(p, err) : status;
     if (status == STEIN_OK && open) {
         take_effects(p, accepted, n);

@@ -21,7 +21,9 @@
  *      m = mean of (y - h)^2/(noise^2 + (range/100)^2),
  *
  * so that wrong parameters, which cost some hundredths of the range in half a swing, do not decide.
- * An alternative is reported when m falls ten times, in every stroke that was simulated.
+ * An alternative is reported when m falls ten times, in every stroke that was simulated, and when
+ * it fits: where friction holds what the equations let run away, less motion is nearer, whatever it
+ * is.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -36,7 +38,7 @@ static const double axis[6][3] = {{1.0, 0.0, 0.0},  {-1.0, 0.0, 0.0}, {0.0, 1.0,
                                   {0.0, -1.0, 0.0}, {0.0, 0.0, 1.0},  {0.0, 0.0, -1.0}};
 static const double share = 0.01;       /* of the range, as noise */
 static const double suspicious = 10.0;  /* m above which alternatives are tried: 3 % of the range */
-static const double hopeless = 300.0;   /* m above which FIT__NOTHING is reported: 17 % */
+static const double hopeless = 300.0;   /* m above which a way does not fit: 17 % */
 static const double much_better = 10.0; /* ratio of m from which an alternative is reported */
 static const double coarse = 1e-7;      /* tolerance of a step [rad or m] */
 static const double windows = 4.0; /* length of what is simulated, in start windows, at least */
@@ -375,6 +377,11 @@ static int find_pace(trial *a, const way *usual, way *best)
            fabs(log(best->factor)) > log(clear);
 }
 
+static int is_it(const way *w, const way *usual)
+{
+    return w->score * much_better < usual->score && w->score < hopeless;
+}
+
 /* all ways when the usual one does not fit */
 static stein_status look(trial *a, fit__finding *list, int *n, stein_err *err)
 {
@@ -388,14 +395,14 @@ static stein_status look(trial *a, fit__finding *list, int *n, stein_err *err)
     for (int c = 0; c < nch && status == STEIN_OK; c++) {
         int ways = ways_of(a, c, w);
         for (int k = 0; k < ways && status == STEIN_OK; k++) {
-            if (try_way(a, &w[k], &usual) && w[k].score * much_better < usual.score) {
+            if (try_way(a, &w[k], &usual) && is_it(&w[k], &usual)) {
                 status = add(a, list, n, &usual, &w[k], err);
             }
         }
     }
     for (int k = 0; k < 6 && status == STEIN_OK; k++) {
         w[0] = (way){.doubt = FIT__GRAVITY, .c = -1, .other = -1, .gravity = axis[k]};
-        if (try_way(a, &w[0], &usual) && w[0].score * much_better < usual.score) {
+        if (try_way(a, &w[0], &usual) && is_it(&w[0], &usual)) {
             status = add(a, list, n, &usual, &w[0], err);
         }
     }

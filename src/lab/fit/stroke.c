@@ -7,6 +7,7 @@
 
 #include "fitting.h"
 
+static const double off_lattice = 0.1; /* of a step */
 static const double locked = 0.4; /* noise in steps: step / sqrt(12) and as much of other noise */
 
 static void tell(const fit__problem *p, const char *file, const char *what)
@@ -51,6 +52,55 @@ static double share_out(const double *y, int n, double step, double *share)
     return all;
 }
 
+/* Do all samples of a channel lie on one lattice, and count in full? */
+static int lies_on(const fit__stroke *s, int c, double step)
+{
+    const double *y = s->y + c * s->n, *share = s->share + c * s->n;
+    double first = NAN;
+    int yes = 1;
+    for (int i = 0; i < s->n; i++) {
+        first = isnan(first) ? y[i] : first;
+        double at = (y[i] - first) / step;
+        yes &= !isfinite(y[i]) || (share[i] > 0.0 && fabs(at - round(at)) < off_lattice);
+    }
+    return yes;
+}
+
+/* the largest step that any record shows of an output */
+static double step_of(const fit__problem *p, int channel)
+{
+    double step = 0.0;
+    for (int s = 0; s < p->nstroke; s++) {
+        for (int c = 0; c < p->stroke[s].nsampled; c++) {
+            const fit__stroke *t = &p->stroke[s];
+            step = t->channel[c] == channel ? fmax(step, t->step[c]) : step;
+        }
+    }
+    return step;
+}
+
+/* A record in which an encoder hardly turns shows neither its noise nor its step: those of the
+ * other records are its own, too. */
+void fit__share_steps(fit__problem *p)
+{
+    for (int s = 0; s < p->nstroke; s++) {
+        fit__stroke *t = &p->stroke[s];
+        for (int c = 0; c < t->nsampled; c++) {
+            double step = step_of(p, t->channel[c]), noise = step / sqrt(12.0),
+                   *y = t->y + c * t->n;
+            if (t->given[c] || t->step[c] > 0.0 || !(t->noise[c] < noise) || !lies_on(t, c, step)) {
+                continue;
+            }
+            t->noise[c] = t->audited[c] = noise;
+            t->step[c] = step;
+            double *share = t->share + c * t->n, was = lab__dot(share, share, (size_t)t->n);
+            int more = (int)(lround(share_out(y, t->n, step, share)) - lround(was));
+            t->samples += more;
+            p->samples += more;
+        }
+    }
+}
+
 static int delay_of(const stein_model *m, const lab_column *c)
 {
     char name[MECH_PATH];
@@ -78,6 +128,7 @@ static stein_status take_column(fit__problem *p, fit__stroke *s, const lab_audit
     s->delay[k] = delay_of(m, c);
     s->given[k] = isfinite(c->noise);
     s->noise[k] = s->audited[k] = noise_of(&audit->channel[column]);
+    s->step[k] = audit->channel[column].step;
     if (fit__widen_noise(p, s, k, err) != STEIN_OK) {
         return STEIN_ENOMEM;
     }
@@ -140,9 +191,10 @@ stein_status fit__take_stroke(fit__problem *p, int stroke, const lab_data *data,
     s->event = calloc(nc + 1, sizeof *s->event);
     s->given = calloc(nc + 1, sizeof *s->given);
     s->delay = calloc(nc + 1, sizeof *s->delay);
-    s->noise = calloc(3 * nc + 3, sizeof *s->noise);
+    s->noise = calloc(4 * nc + 4, sizeof *s->noise);
     s->audited = s->noise + (s->noise != NULL ? nc + 1 : 0);
     s->residual = s->audited + (s->noise != NULL ? nc + 1 : 0);
+    s->step = s->residual + (s->noise != NULL ? nc + 1 : 0);
     s->y = calloc(2 * nc * n + 1, sizeof *s->y);
     s->share = s->y + (s->y != NULL ? nc * n : 0);
     s->signal = calloc(nc + 1, sizeof *s->signal);

@@ -38,8 +38,9 @@ static const double enough = 0.3;    /* of the objective: a fit has ended */
 static const double falling = 0.8;   /* of the objective: it leads on */
 static const double far = 9.0;       /* chi2 per sample: three noises */
 static const double hopeless = 25.0; /* the same of a fit that is not led to its end */
-static const double lost = 0.02; /* residual in the motion, from where on a fit is led to its end */
-static const double outlying = 9.0; /* the same of a record, in that of the record in the middle */
+static const double follows = 0.02;  /* residual in the motion: up to there records are followed */
+static const double outlying = 9.0;  /* the same of a record, in that of the record in the middle */
+static const double astray = 0.1;    /* the same: the phase is lost */
 static const double no_weight = 1e-3;     /* of a record that a fit has lost */
 static const double horizon = 1.5;        /* from one to the next */
 static const double least_horizon = 0.01; /* share of the longest record */
@@ -145,33 +146,74 @@ static stein_status descend_free(fit__problem *p, fit__end *e, int known, stein_
     return fit__descend(p, e, known, enough, are_events(p) ? RENEWALS_EVENTS : RENEWALS_FAR, err);
 }
 
+/* the sum of squares over a horizon from which a fit has lost the records */
+static double lost_from(const fit__problem *p, double until)
+{
+    double sum = 0.0;
+    for (int s = 0; s < p->nstroke; s++) {
+        const fit__stroke *t = &p->stroke[s];
+        for (int c = 0; c < t->nch; c++) {
+            double n = 0.0, mean = 0.0, square = 0.0;
+            for (int i = c * t->n; i < (c + 1) * t->n; i++) {
+                int counts = isfinite(t->y[i]) && fit__time_of(t, i % t->n) - t->origin <= until;
+                double w = counts ? t->share[i] * t->share[i] : 0.0;
+                n += w;
+                mean += w > 0.0 ? w * t->y[i] : 0.0;
+                square += w > 0.0 ? w * t->y[i] * t->y[i] : 0.0;
+            }
+            double motion = square - mean * mean / fmax(n, 1e-300);
+            sum += fmax(hopeless * n, astray * astray * motion / (t->noise[c] * t->noise[c]));
+        }
+    }
+    return fmax(1.0, sum);
+}
+
 /* All numbers over a horizon that grows from the start windows to the whole records: a swing whose
- * frequency is off by one in a hundred has lost its phase after fifty. */
-static stein_status descend_growing(fit__problem *p, fit__end *e, stein_err *err)
+ * frequency is off by one in a hundred has lost its phase after fifty.
+ * @param lost  NULL: to the end; else out: the horizon over which the fit ended far off, where it
+ *              stops; INFINITY: it did not */
+static stein_status descend_growing(fit__problem *p, fit__end *e, double *lost, stein_err *err)
 {
     double whole = 0.0, until = 0.0;
     stein_status status = STEIN_OK;
+    int near = 1;
     for (int s = 0; s < p->nstroke; s++) {
         const fit__stroke *t = &p->stroke[s];
         whole = fmax(whole, t->data->time[t->n - 1] - t->origin);
         until = fmax(until, 2.0 * t->window);
     }
     diag__hold_scatter(p, 1);
-    for (until = fmax(until, least_horizon * whole); until < whole && status == STEIN_OK;
+    for (until = fmax(until, least_horizon * whole); until < whole && status == STEIN_OK && near;
          until *= horizon) {
         stein_err why;
         p->horizon = until;
-        status = fit__forgive(fit__descend(p, e, 0, enough, RENEWALS_HELD, &why), err);
+        status = fit__descend(p, e, 0, enough, RENEWALS_HELD, &why);
+        if (lost != NULL) {
+            near = status == STEIN_OK && e->objective < lost_from(p, until);
+            *lost = near ? (double)INFINITY : until;
+        }
+        status = fit__forgive(status, err);
     }
     diag__hold_scatter(p, 0);
     p->horizon = INFINITY;
     return status;
 }
 
+stein_status diag__follows(fit__problem *p, fit__end *e, double *until, stein_err *err)
+{
+    *until = INFINITY;
+    return descend_growing(p, e, until, err);
+}
+
+static stein_status descend_to_end(fit__problem *p, fit__end *e, stein_err *err)
+{
+    return descend_growing(p, e, NULL, err);
+}
+
 /* does a fit end where its simulation does not follow the records? */
 static int is_lost(const fit__problem *p, double objective, const double *r)
 {
-    return !(objective < hopeless * p->samples) && !(diag__relative(p, r) < lost);
+    return !(objective < hopeless * p->samples) && !(diag__relative(p, r) < follows);
 }
 
 /* First without an observer, which costs a quarter. Where that has lost the records, from the same
@@ -180,7 +222,7 @@ static int is_lost(const fit__problem *p, double objective, const double *r)
 static stein_status descend_if_far(fit__problem *p, fit__end *e, stein_err *err)
 {
     stein_status (*const way[])(fit__problem *, fit__end *, stein_err *) = {NULL, descend_held,
-                                                                            descend_growing};
+                                                                            descend_to_end};
     size_t size = sizeof *e->x * (size_t)p->nu, n = sizeof way / sizeof *way, last = n;
     double *x = malloc(2 * size + 1), *end = x + (x != NULL ? p->nu : 0), reached = INFINITY;
     stein_status status = x != NULL ? STEIN_OK : STEIN_ENOMEM;

@@ -248,6 +248,30 @@ stein_status diag__evaluate(diag__problem *q, diag__table *t, const diag__propos
     return status;
 }
 
+stein_status diag__reach(diag__problem *q, const diag__proposal *from, double *until,
+                         stein_err *err)
+{
+    diag__row *row = calloc(1, sizeof *row);
+    stein_err why = {STEIN_OK, ""};
+    stein_status status = row != NULL ? STEIN_OK : STEIN_ENOMEM;
+    *until = 0.0;
+    if (row != NULL) {
+        row->h = from->h;
+        row->in = diag__mechanism_of(q, &row->h, &why);
+        status = row->in == NULL ? STEIN_ENOMEM : STEIN_OK;
+    }
+    if (status == STEIN_OK && row->in->why == NULL) {
+        status = open_row(q, row, &why);
+        if (status == STEIN_OK) {
+            fit__end e = {.x = row->x, .J = row->J, .r = row->r};
+            diag__start_row(row, NULL, from);
+            status = diag__follows(&row->p, &e, until, &why);
+        }
+    }
+    diag__row_free(row);
+    return status == STEIN_ENOMEM ? lab__no_memory(err) : STEIN_OK;
+}
+
 /* Scatter in units of another standard deviation, by factors f of each class. */
 static void scale_scatter(diag__row *row, const double *f)
 {

@@ -324,9 +324,9 @@ static stein_status expand_all(diag__problem *q, diag__table *t, stein_err *err)
     stein_status status = expand_until_best(q, t, err);
     status = status == STEIN_OK ? diag__null_again(q, t, &again, err) : status;
     status = status == STEIN_OK && again != NULL ? expand_until_best(q, t, err) : status;
-    const diag__hypothesis best = diag__incumbent(q, t)->h;
+    const diag__row *best = diag__incumbent(q, t);
     status = status == STEIN_OK ? diag__try_each(q, t, err) : status;
-    int better = !diag__equals(&diag__incumbent(q, t)->h, &best);
+    int better = diag__incumbent(q, t) != best;
     return status == STEIN_OK && better ? expand_until_best(q, t, err) : status;
 }
 

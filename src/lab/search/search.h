@@ -272,6 +272,9 @@ stein_status diag__try_each(diag__problem *q, diag__table *t, stein_err *err);
 typedef enum { DIAG_FREE, DIAG_KNOWN, DIAG_HELD, DIAG_IF_FAR } diag__start;
 /** A fit from x; its end is without an observer. @return OK, or a failure of the simulation */
 stein_status diag__descend(fit__problem *p, fit__end *e, diag__start from, stein_err *err);
+/** How far a fit over growing horizons follows the records: the first one over which it ends far
+ *  off; INFINITY: it does to their end. */
+stein_status diag__follows(fit__problem *p, fit__end *e, double *until, stein_err *err);
 /** What scatters from record to record stays as it is, or moves. While an observer holds, it would
  *  cost half of the derivatives and explain little. */
 void diag__hold_scatter(fit__problem *p, int hold);
@@ -295,6 +298,9 @@ stein_status diag__evaluate(diag__problem *q, diag__table *t, const diag__propos
                             diag__row **out, stein_err *err);
 /** Noise of the records in p times a factor. */
 void diag__scale_noise(fit__problem *p, double factor);
+/** How far a hypothesis follows the records [s], from the numbers of the file; 0: it fails. */
+stein_status diag__reach(diag__problem *q, const diag__proposal *from, double *until,
+                         stein_err *err);
 /** A row to the end of its fit, with central differences and fine steps where it is to come near.
  *  @param within  of the objective  @return OK, ENOMEM */
 stein_status diag__refine_row(diag__row *row, double within, stein_err *err);

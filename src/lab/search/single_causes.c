@@ -6,14 +6,27 @@
  * a small one, and a cause that is missing bends the numbers of the null hypothesis. Each cause
  * that has no row yet is fitted then, the best expected ones first, for as much work as the search
  * has taken so far, and no more than MOST.
+ *
+ * A long swing that friction and a wrong length both change has left the phase of every start: then
+ * no row is near, and rows that ended far off say nothing of their hypotheses. A cause is then
+ * ranked by how far it follows the records from their beginning, with the numbers of the file at
+ * the start, and the best ones are fitted over horizons that grow from there.
  */
 #include <math.h>
 #include <stdlib.h>
 
 #include "proposing.h"
 
-enum { RECORDS = 6, MOST = 24 };
+enum { RECORDS = 6, MOST = 24, MOST_ANEW = 6 };
 static const double unexplained = 0.2; /* share of what chi2/dof is above 1: so little is left */
+static const double far = 50.0;        /* chi2/dof, and */
+static const double astray = 0.05;     /* residual in the motion: no fit has found the records */
+
+/* has a fit ended far from the records? */
+static int is_lost(const diag__row *row)
+{
+    return row == NULL || (row->chi2_dof > far && row->relative > astray);
+}
 
 /* the proposal of column a, its amount within its limit and of a possible sign */
 static int single(const diag__problem *q, const diag__linear *l, int a, diag__proposal *to)
@@ -30,28 +43,52 @@ static int single(const diag__problem *q, const diag__linear *l, int a, diag__pr
     return 1;
 }
 
+/* the causes that follow the records furthest first */
+static stein_status rank_by_reach(diag__problem *q, const diag__linear *l, diag__ranked *list,
+                                  int n, stein_err *err)
+{
+    stein_status status = STEIN_OK;
+    for (int i = 0; i < n && status == STEIN_OK && !diag__is_spent(q); i++) {
+        diag__proposal p;
+        double until = 0.0;
+        single(q, l, list[i].a, &p);
+        status = diag__reach(q, &p, &until, err);
+        list[i].expected = -until;
+    }
+    diag__rank(list, n);
+    return status;
+}
+
 static stein_status try_columns(diag__problem *q, diag__table *t, const diag__linear *l,
                                 stein_err *err)
 {
     diag__ranked list[DIAG_COLUMNS];
     diag__proposal p;
-    int n = 0, found = 0;
+    int n = 0, found = 0, anew = is_lost(diag__incumbent(q, t));
     long most = 2 * q->strokes;
     for (int a = 0; a < l->n && n < DIAG_COLUMNS; a++) {
-        if (single(q, l, a, &p) && diag__find(t, &p.h) == NULL) {
+        if (single(q, l, a, &p) && (anew || diag__find(t, &p.h) == NULL)) {
             list[n++] = (diag__ranked){a, -1, p.expected};
         }
     }
     diag__rank(list, n);
     stein_status status = STEIN_OK;
-    for (int i = 0; i < n && i < MOST && !found && status == STEIN_OK && q->strokes < most; i++) {
+    if (anew) {
+        n = n < MOST ? n : MOST;
+        status = rank_by_reach(q, l, list, n, err);
+        most += 2 * q->strokes;
+    }
+    for (int i = 0; i < n && i < (anew ? MOST_ANEW : MOST) && !found && status == STEIN_OK &&
+                    q->strokes < most;
+         i++) {
         diag__row *one = NULL;
         single(q, l, list[i].a, &p);
-        p.parent = diag__index(t, l->row);
-        if (diag__find(t, &p.h) == NULL && !diag__is_spent(q)) {
+        p.parent = anew ? -1 : diag__index(t, l->row);
+        if ((anew || diag__find(t, &p.h) == NULL) && !diag__is_spent(q)) {
             status = diag__try(q, t, &p, &one, err);
         }
-        found = one != NULL && diag__is_possible(q, one) && diag__leaves_noise(one);
+        found = one != NULL && diag__is_possible(q, one) &&
+                (anew ? !is_lost(one) : diag__leaves_noise(one));
     }
     return status;
 }
@@ -62,7 +99,8 @@ stein_status diag__try_each(diag__problem *q, diag__table *t, stein_err *err)
     diag__linear l;
     stein_err why = {STEIN_OK, ""};
     int found = null == NULL || diag__leaves_noise(best) ||
-                (best->h.n > 0 && best->chi2_dof - 1.0 < unexplained * (null->chi2_dof - 1.0));
+                (best->h.n > 0 && !is_lost(best) &&
+                 best->chi2_dof - 1.0 < unexplained * (null->chi2_dof - 1.0));
     if (found || diag__is_spent(q)) {
         return STEIN_OK;
     }

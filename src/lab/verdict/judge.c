@@ -12,13 +12,12 @@
  *      t = amount/sd, Student's with n - 1 degrees of freedom.
  *   4  Of hypotheses with 0, 1, 2, 3 causes the first one is best from which on no cause more is
  *      named.
- *   5  Rivals have as many causes and come within odds of 1 to 100.
- *   6  No cause is named if its 95 % interval contains 0, or if the hypothesis leaves most of the
- *      misfit.
- *   7  A best hypothesis that is far from the records is no usable model, whatever it gains.
- *   8  Explained is what leaves noise.
- *   9  A cause that acts in one record alone is named only if Student's t with n - 2 degrees of
- *      freedom, over all n records, is beyond doubt.
+ *   5  Rivals have as many causes and come within odds of 1 to 100. If more than noise is left, a
+ *      better fit may be one of what is missing in all of them: then within what a cause has to
+ * gain. 6  No cause is named if its 95 % interval contains 0, or if the hypothesis leaves most of
+ * the misfit. 7  A best hypothesis that is far from the records is no usable model, whatever it
+ * gains. 8  Explained is what leaves noise. 9  A cause that acts in one record alone is named only
+ * if Student's t with n - 2 degrees of freedom, over all n records, is beyond doubt.
  *
  * Reasons of the thresholds: docs/diagnosis.md.
  */
@@ -142,13 +141,20 @@ static int same_causes(const diag__evidence *a, const diag__evidence *b)
     return a->n == b->n;
 }
 
+/* is what a hypothesis leaves noise? */
+static int is_noise(const diag__evidence *e, const diag__setting *s)
+{
+    return !e->scatters_most && (e->chi2_dof <= s->most_noise || (!s->stated && e->memory < white));
+}
+
 /* hypotheses with as many causes and nearly the same evidence as the best one, each once */
-static void find_rivals(const diag__evidence *e, int n, diag__judgement *j)
+static void find_rivals(const diag__evidence *e, int n, diag__judgement *j, const diag__setting *s)
 {
     const diag__evidence *best = &e[j->best];
+    double within_odds = is_noise(best, s) ? diag__convincing : diag__least_gain;
     for (int i = 0; i < n && j->nrival < DIAG_RIVALS; i++) {
         int near = e[i].possible && e[i].n == best->n && best->n > 0 &&
-                   e[i].objective < best->objective + diag__convincing;
+                   e[i].objective < best->objective + within_odds;
         for (int k = 0; near && k < n; k++) { // a better fit of the same hypothesis stands for it
             near = k == i || !e[k].possible || !same_causes(&e[k], &e[i]) ||
                    e[k].objective > e[i].objective || (!(e[k].objective < e[i].objective) && k > i);
@@ -161,12 +167,6 @@ static void find_rivals(const diag__evidence *e, int n, diag__judgement *j)
             j->rival[at] = i;
         }
     }
-}
-
-/* is what a hypothesis leaves noise? */
-static int is_noise(const diag__evidence *e, const diag__setting *s)
-{
-    return !e->scatters_most && (e->chi2_dof <= s->most_noise || (!s->stated && e->memory < white));
 }
 
 diag__finding diag__not_shown(const diag__evidence *null, const diag__setting *s)
@@ -235,7 +235,7 @@ diag__judgement diag__judge(const diag__evidence *e, int n, const diag__setting 
     j.gain = gain_of(best, null);
     j.share = (null->chi2_dof - best->chi2_dof) / fmax(null->chi2_dof - 1.0, 1e-9);
     j.finding = find(e, n, &j, s);
-    find_rivals(e, n, &j);
+    find_rivals(e, n, &j, s);
     find_nearest(e, n, &j, s);
     return j;
 }

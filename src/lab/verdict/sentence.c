@@ -299,6 +299,7 @@ void diag__say(lab_diagnosis *o, const diag__judgement *j, const diag__setting *
         name_causes(o);
         say_settings(o);
         say_remainder(o, j, s);
+        say_input_noise(o, s);
         say_gain(o);
         say_bodies(o, s);
         break;

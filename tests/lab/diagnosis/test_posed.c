@@ -403,6 +403,65 @@ START_TEST(a_verdict_does_not_hang_on_the_noise_that_is_stated)
 }
 END_TEST
 
+/* ---- instruments and commands ---- */
+
+static const char rod[] = "models/pendulum.yaml";
+
+/* 4 s at 100 Hz of an encoder with steps of 3 mrad, and of a torque that a relay switches
+ * @param swing  its size [rad]; 0: it turns by one step */
+static const char *record_steps(const char *name, double swing)
+{
+    const char *path = in_folder(name);
+    FILE *f = fopen(path, "w");
+    ck_assert_ptr_nonnull(f);
+    fprintf(f, "time [s],angle [rad],push [N m]\n");
+    for (int i = 0; i < 400; i++) {
+        double t = i / 100.0,
+               q = 3e-3 * (swing > 0.0 ? round(swing * cos(6.4 * t) / 3e-3) : i > 200);
+        fprintf(f, "%.2f,%.6f,%g\n", t, q, i / 70 % 2 ? 0.02 : -0.02);
+    }
+    ck_assert_int_eq(fclose(f), 0);
+    return path;
+}
+
+START_TEST(an_encoder_that_stands_still_has_the_noise_of_its_steps)
+{
+    char path[2][200];
+    const char *const data[] = {path[0], path[1], NULL}, *const names[] = {"rod.damping", NULL};
+    snprintf(path[0], sizeof path[0], "%s", record_steps("turns.csv", 0.5));
+    snprintf(path[1], sizeof path[1], "%s", record_steps("stands.csv", 0.0));
+    fitted f;
+    open_fit(&f, rod, NULL, data);
+    fit__problem p;
+    lab_fit_def def = free_these(names);
+    ck_assert_stein(fit__problem_make(&p, f.model, f.data, &def, err));
+    for (int s = 0; s < 2; s++) {
+        ck_assert_close(p.stroke[s].noise[0], 3e-3 / sqrt(12.0), 0.2, 0.0);
+    }
+    ck_assert_int_eq(p.stroke[1].samples, 2); // two readings, 200 times
+    fit__problem_free(&p);
+    drop(&f);
+}
+END_TEST
+
+START_TEST(a_switched_command_has_no_steps_and_is_not_cut_off)
+{
+    const char *const data[] = {record_steps("turns.csv", 0.5), NULL};
+    fitted f;
+    open_fit(&f, rod, NULL, data);
+    lab_audit *a = NULL;
+    ck_assert_stein(lab_audit_create(&a, f.data->stroke[0], err));
+    int k = strcmp(f.data->stroke[0]->column[0].name, "push") != 0;
+    ck_assert_str_eq(f.data->stroke[0]->column[k].name, "push");
+    ck_assert_close(a->channel[!k].step, 3e-3, 0.02, 0.0);
+    ck_assert_double_eq(a->channel[k].step, 0.0);
+    ck_assert_double_lt(a->channel[k].noise, 1e-6);
+    ck_assert_int_eq(a->channel[k].saturated_low + a->channel[k].saturated_high, 0);
+    lab_audit_destroy(a);
+    drop(&f);
+}
+END_TEST
+
 Suite *posed_suite(void)
 {
     Suite *s = suite_create("posed");
@@ -417,6 +476,8 @@ Suite *posed_suite(void)
     tcase_add_test(t, friction_is_found_beside_masses_that_are_guesses);
     tcase_add_test(t, a_camera_that_is_a_fifth_too_slow_is_found);
     tcase_add_test(t, a_verdict_does_not_hang_on_the_noise_that_is_stated);
+    tcase_add_test(t, an_encoder_that_stands_still_has_the_noise_of_its_steps);
+    tcase_add_test(t, a_switched_command_has_no_steps_and_is_not_cut_off);
     suite_add_tcase(s, t);
     return s;
 }

@@ -4,6 +4,7 @@
  * are told; a step that is too coarse is reported, and is no physical effect. The search ends where
  * its budget does, reads no record that reports, and does not depend on how many threads it has.
  */
+#include <math.h>
 #include <string.h>
 
 #include "fit_support.h"
@@ -573,6 +574,55 @@ START_TEST(a_search_simulates_no_record_that_reports)
 }
 END_TEST
 
+/* how far the hypothesis of one cause, or of none, follows the records [s] */
+static double reach(diag__problem *q, const char *kind)
+{
+    diag__proposal p = {.h = {.n = 0}, .parent = -1, .amount = {0.1, NAN, NAN}};
+    double until = NAN;
+    for (int i = 0; kind != NULL && i < q->n; i++) {
+        const lab_candidate *c = &q->candidate[i];
+        if (strcmp(c->effect->kind, kind) == 0 && strcmp(c->place, "rod") == 0) {
+            p.h = diag__with(p.h, i);
+        }
+    }
+    p.side[0] = NAN;
+    ck_assert_int_eq(p.h.n, kind != NULL);
+    ck_assert_stein(diag__reach(q, &p, &until, err));
+    printf("  %s: %g s\n", kind != NULL ? kind : "no cause", until);
+    return until;
+}
+
+/* Forty seconds of a swing that friction slows down, and whose centre is 2 % lower than the file's:
+ * without friction every fit loses the phase. */
+START_TEST(a_missing_friction_follows_a_long_swing_furthest)
+{
+    static const char *const truth[] = {"rod.coulomb.T=6 mN m", "rod.centre.z=-177 mm",
+                                        "rod.initial.position=140 deg", NULL};
+    film m = {.model = pendulum,
+              .truth = truth,
+              .channels = "angle",
+              .rate = 25.0,
+              .until = 40.0,
+              .noise = 1e-3,
+              .silent = 1,
+              .seed = 77};
+    const char *data[] = {take("long.csv", &m), NULL};
+    fitted f;
+    open_fit(&f, pendulum, NULL, data);
+    lab_options options = cache_here(NULL);
+    lab_diagnose_def def = lab_diagnose_def_default();
+    def.options = &options;
+    diag__problem q;
+    ck_assert_stein(diag__problem_open(&q, pendulum, f.model, f.data, &def, err));
+    ck_assert(isinf(reach(&q, "coulomb_friction")));
+    ck_assert_double_lt(reach(&q, NULL), 10.0);
+    ck_assert_double_lt(reach(&q, "preload"), 10.0);
+    ck_assert_double_lt(reach(&q, "hardening_spring"), 10.0);
+    diag__problem_close(&q);
+    drop(&f);
+}
+END_TEST
+
 START_TEST(a_search_finds_the_same_on_any_number_of_threads)
 {
     static const char *const truth[] = {"rod.coulomb.T=2 mN m", "rod.preload=4 mN m", NULL};
@@ -680,6 +730,7 @@ Suite *search_suite(void)
     tcase_set_timeout(tc, 600.0);
     tcase_add_test(tc, reporting_records_change_no_row_and_may_withdraw_a_cause);
     tcase_add_test(tc, a_search_simulates_no_record_that_reports);
+    tcase_add_test(tc, a_missing_friction_follows_a_long_swing_furthest);
     tcase_add_test(tc, a_search_finds_the_same_on_any_number_of_threads);
     tcase_add_test(tc, a_budget_ends_a_search_and_a_verdict_comes_all_the_same);
     tcase_add_test(tc, a_larger_budget_fits_no_fewer_hypotheses);

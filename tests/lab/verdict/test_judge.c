@@ -294,6 +294,20 @@ START_TEST(rivals_are_within_odds_of_1_to_100_and_sorted)
 }
 END_TEST
 
+START_TEST(rivals_come_within_what_a_cause_has_to_gain_if_more_than_noise_is_left)
+{
+    const double left[] = {noise_left, far_left};
+    for (int i = 0; i < 2; i++) {
+        const diag__evidence e[] = {none(2000.0, 100.0), one(A, 1000.0, left[i]),
+                                    one(B, 1024.0, left[i]), one(C, 1026.0, left[i])};
+        diag__judgement j = diag__judge(e, 4, &plain);
+        ck_assert_int_eq(j.best, 1);
+        ck_assert_int_eq(j.nrival, i);
+        ck_assert_int_eq(j.rival[0], i ? 2 : 0);
+    }
+}
+END_TEST
+
 START_TEST(a_tie_is_between_rivals)
 {
     const diag__evidence e[] = {none(1000.0, far_left), one(B, 400.0, noise_left),
@@ -625,6 +639,7 @@ Suite *judge_suite(void)
     tcase_add_test(tc, a_named_effect_is_preferred_to_a_number_of_the_same_element);
     tcase_add_test(tc, of_named_effects_that_fit_as_well_as_a_number_the_best_one_is_preferred);
     tcase_add_test(tc, rivals_are_within_odds_of_1_to_100_and_sorted);
+    tcase_add_test(tc, rivals_come_within_what_a_cause_has_to_gain_if_more_than_noise_is_left);
     tcase_add_test(tc, a_tie_is_between_rivals);
     tcase_add_test(tc, a_rival_with_several_rows_is_listed_once);
     tcase_add_test(tc, an_impossible_row_does_not_hide_a_possible_rival);
