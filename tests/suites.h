@@ -49,6 +49,7 @@
     X(initial)       \
     X(fit_claims)    \
     X(events)        \
+    X(forces)        \
     X(many)          \
     X(stop)          \
     X(measured)      \

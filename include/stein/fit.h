@@ -54,6 +54,8 @@ typedef struct lab_fit_def {
                   */
     double joint_scatter, contact_scatter; /* sd of a stroke's friction factor; default 5 %, 8 % */
     double drive_scatter;                  /* of its load or inputs; default 0.3 % */
+    const struct lab_force_errors *force_errors; /* what the noise of measured forces does to
+                                                    records; NULL (default): they are exact */
     int settings; /* 1: settings of strokes are uncertain by their last digit or a percent; default
                      0: they are exact */
     int starts;   /* searches from different places; default 3 */

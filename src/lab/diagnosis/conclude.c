@@ -40,7 +40,7 @@ static double of_settings(void)
 /* Do records differ by more than by what scatters? Noise of measured forces does that, too. */
 static int scatters_most(const diag__problem *q, const diag__row *row)
 {
-    return row->failed == NULL && q->input_share < 1.0 && diag__scatters_most(row->D);
+    return row->failed == NULL && q->input_noise < 1.0 && diag__scatters_most(row->D);
 }
 
 static diag__evidence evidence_of(const diag__problem *q, const diag__row *row)
@@ -80,7 +80,7 @@ static stein_status judge(diagnosis *d, stein_err *err)
         e[i] = evidence_of(&d->q, d->t.row[i]);
     }
     d->setting = (diag__setting){.most_noise = diag__most_noise(&d->q, &d->q.null),
-                                 .input = sqrt(d->q.input_noise),
+                                 .input = sqrt(d->q.input_share),
                                  .stated = fit__noise_given(&d->q.null),
                                  .assumed = d->q.assumed,
                                  .records = d->fitted.n,

@@ -44,6 +44,7 @@ static char *own_name(const fit__problem *p, const fit__unknown *u, const char *
         *unit = m->channels[s->channel[u->index]].unit;
         return lab__text("offset %s", m->channels[s->channel[u->index]].name);
     case FIT__SCATTER: *unit = "1"; return lab__text("%s", group[fit__class(u->index)]);
+    case FIT__FORCE: *unit = "1"; return lab__text("error of forces, shape %d", u->index + 1);
     case FIT__SETTING:
         *unit = m->params[u->index].unit;
         return lab__text("setting %s", m->params[u->index].name);

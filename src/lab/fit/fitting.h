@@ -4,6 +4,7 @@
  *   problem.c      unknowns from model and data
  *   stroke.c       strokes from data
  *   signal.c       measured inputs as smooth signals
+ *   force_error.c  the noise of measured forces as unknowns
  *   band.c         how far they are smoothed where the forces of a motion were measured
  *   start_window.c value and slope of a channel at the start of its record
  *   start_kinematics.c positions and speeds from what the channels show there
@@ -87,6 +88,7 @@ typedef enum {
     FIT__POSITION,
     FIT__SPEED,
     FIT__SCATTER,
+    FIT__FORCE,   /* error of the measured forces; index: shape */
     FIT__SETTING, /* what a number that the stroke sets is off by; index: parameter */
     FIT__AMOUNT,  /* of an effect */
     FIT__SIDE     /* a number beside it; index: which */
@@ -152,8 +154,9 @@ typedef struct fit__stroke {
     double half;         /* half a swing of the fastest channel [s]; 0: it does not swing */
     fit__signal *signal; /* [nsignal] */
     int nsignal;
-    int first, own; /* its unknowns */
-    int tau;        /* unknown of its trigger, -1: none */
+    const struct fit__force_error *force; /* shapes that their noise may have, NULL: none */
+    int first, own;                       /* its unknowns */
+    int tau;                              /* unknown of its trigger, -1: none */
 } fit__stroke;
 
 /** Square root of the weight of a sample. */
@@ -349,6 +352,32 @@ int fit__next_run(fit__bench *b, double *t_end, stein_pace **pace);
 stein_status fit__alone(fit__bench *b);
 /** The rest of y. @param status  of the steps  @return as fit__simulate */
 stein_status fit__finish(fit__bench *b, stein_status status);
+
+/* ---- force_error.c ---- */
+
+enum { FIT__FORCES = 20 }; /* shapes of a record: cost */
+/** How the noise of the measured forces of one record may move it. */
+typedef struct fit__force_error {
+    int number;         /* of the record */
+    int n, knots;       /* shapes; samples of all signals */
+    double *shape;      /* [n][knots] with the standard deviation of their amplitude */
+    double share, left; /* what the noise adds to chi2/dof; without what the shapes describe */
+} fit__force_error;
+typedef struct lab_force_errors {
+    int n;
+    fit__force_error **record; /* [n] they stay where they are: strokes point to them */
+} lab_force_errors;
+/** Those of the strokes of p, at its start, behind the ones there are.
+ *  @return OK, ENOMEM, the failure of making a simulation */
+stein_status fit__force_errors_add(lab_force_errors *to, const fit__problem *p, stein_err *err);
+void fit__force_errors_free(lab_force_errors *e);
+/** The means over the records. */
+void fit__force_errors_share(const lab_force_errors *e, double *share, double *left);
+/** Of a stroke of p, NULL: there are none. */
+const fit__force_error *fit__force_error_of(const fit__problem *p, const fit__stroke *t);
+/** What is added to the knots of all signals of a stroke at x. @param error  [knots] out */
+void fit__force_error_at(const fit__problem *p, const fit__stroke *t, const double *x,
+                         double *error);
 
 /* ---- band.c ---- */
 

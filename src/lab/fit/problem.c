@@ -14,7 +14,7 @@
  * same effect, and is left out); one factor each on all joint frictions, on all contact frictions
  * and on the drive, because felt and leather are not twice the same and neither is a finger. Left
  * out, that scatter goes into the parameters, which then come out ten standard deviations wrong.
- * Fewer than four strokes cannot show it.
+ * Fewer than four strokes cannot show it. Errors of measured forces: force_error.c.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -399,6 +399,10 @@ static void own_unknowns(fit__problem *p, int stroke)
         own(p, s, stroke, FIT__TAU, 0, trigger_sd(p, s), 1);
     }
     own_scatter(p, s, stroke);
+    s->force = fit__force_error_of(p, s);
+    for (int k = 0; s->force != NULL && k < s->force->n; k++) {
+        own(p, s, stroke, FIT__FORCE, k, 1.0, 1);
+    }
     own_settings(p, s, stroke);
     // a channel that counts from rest, in a record that begins somewhere else
     int moves = initial > 0 && !s->data->planned && s->origin == s->data->time[0] &&
@@ -437,6 +441,16 @@ static stein_status check_def(const lab_fit_def *d, const stein_model *m, int ns
     return nstroke < 1 ? lab__fail(err, STEIN_EINVAL, "no records to fit to") : STEIN_OK;
 }
 
+/* of one record */
+static size_t most_shapes(const lab_force_errors *e)
+{
+    int most = 0;
+    for (int i = 0; e != NULL && i < e->n; i++) {
+        most = e->record[i]->n > most ? e->record[i]->n : most;
+    }
+    return (size_t)most;
+}
+
 /* @param accepted  [n] effects that act; n < 0: no room for effects at all */
 static stein_status make(fit__problem *p, const lab_model *model, const lab_dataset *data,
                          const lab_fit_def *def, const lab_candidate *accepted, int n,
@@ -468,6 +482,7 @@ static stein_status make(fit__problem *p, const lab_model *model, const lab_data
     p->places = def->scatter == LAB_SCATTER_PLACES ? m->nq + m->ncontact + m->nnotch : 0;
     for (int s = 0; s < data->n; s++) {
         most += 1 + FIT__GROUPS + (size_t)p->places + 2 * nq + (size_t)data->stroke[s]->ncolumn;
+        most += most_shapes(def->force_errors);
     }
     p->unknown = calloc(most, sizeof *p->unknown);
     p->step = calloc(most, sizeof *p->step);

@@ -52,17 +52,20 @@ static stein_pace pace_of(const fit__problem *p)
 
 static fit__reader *reader_make(const fit__problem *p)
 {
-    size_t nch = 1, nsignal = 1;
+    size_t nch = 1, nsignal = 1, most = 1;
     for (int s = 0; s < p->nstroke; s++) {
         nch += (size_t)p->stroke[s].nch;
         nsignal += 2 * (size_t)p->stroke[s].nsignal;
+        const fit__force_error *e = p->stroke[s].force;
+        most = e != NULL && (size_t)e->knots > most ? (size_t)e->knots : most;
     }
     fit__reader *r =
-        calloc(1, sizeof *r + sizeof *r->signal * nsignal +
+        calloc(1, sizeof *r + sizeof *r->signal * nsignal + sizeof *r->force * most +
                       (2 * sizeof *r->delay + sizeof *r->caught + sizeof *r->next) * nch);
     if (r != NULL) {
         r->signal = (fit__clocked *)(r + 1);
-        r->delay = (double *)(r->signal + nsignal);
+        r->force = (double *)(r->signal + nsignal);
+        r->delay = r->force + most;
         r->due = r->delay + nch;
         r->caught = (fit__caught *)(r->due + nch);
         r->next = (int *)(r->caught + nch);
@@ -113,21 +116,36 @@ void fit__bench_free(fit__bench *b)
 
 /* ---- one stroke ---- */
 
+/* straight from knot to knot, as the force itself */
+static double error_at(const fit__clocked *c, double t)
+{
+    const fit__signal *s = c->signal;
+    if (t <= s->t[0] || t >= s->t[s->n - 1]) {
+        return c->error[t <= s->t[0] ? 0 : s->n - 1];
+    }
+    int i = c->at;
+    double share = (t - s->t[i]) / (s->t[i + 1] - s->t[i]);
+    return c->error[i] + share * (c->error[i + 1] - c->error[i]);
+}
+
 static void signal_at(void *ctx, double t, double u[3])
 {
     fit__clocked *c = ctx;
     fit__signal_at(c->signal, t + c->shift, &c->at, u);
+    u[0] += c->error != NULL ? error_at(c, t + c->shift) : 0.0;
 }
 
+/* @param error  of the knots of all signals, NULL: none */
 static stein_status bind(stein_sim *sim, const stein_model *m, const fit__stroke *s,
-                         fit__clocked *c, double shift, stein_err *err)
+                         fit__clocked *c, const double *error, double shift, stein_err *err)
 {
     stein_status status = STEIN_OK;
     for (int i = 0; status == STEIN_OK && i < m->ninput; i++) {
         status = stein_drive(sim, m->inputs[i].name, NULL, NULL, err);
     }
     for (int k = 0; status == STEIN_OK && k < s->nsignal; k++) {
-        c[k] = (fit__clocked){&s->signal[k], shift, 0};
+        c[k] = (fit__clocked){.signal = &s->signal[k], .shift = shift, .error = error};
+        error += error != NULL ? s->signal[k].n : 0;
         status = stein_drive(sim, m->inputs[s->signal[k].input].name, signal_at, &c[k], err);
     }
     return status;
@@ -476,10 +494,14 @@ stein_status fit__begin(const fit__problem *p, fit__bench *b, int stroke, const 
     b->reader->s = s;
     b->reader->err = err;
     stein_on_force(b->sim, b->force, b->force_ctx);
-    stein_status status = bind(b->sim, m, s, c, s->origin - tau, err);
+    double *error = s->force != NULL && s->force->n > 0 ? b->reader->force : NULL;
+    if (error != NULL) {
+        fit__force_error_at(p, s, x, error);
+    }
+    stein_status status = bind(b->sim, m, s, c, error, s->origin - tau, err);
     status = status == STEIN_OK ? start(p, b, s, x, b->sim, err) : status;
     if (status == STEIN_OK && p->gain > 0.0) {
-        status = bind(b->probe, m, s, c + s->nsignal, s->origin - tau, err);
+        status = bind(b->probe, m, s, c + s->nsignal, error, s->origin - tau, err);
         status = status == STEIN_OK ? start(p, b, s, x, b->probe, err) : status;
         fit__observer_rest(b->observer);
         stein_on_force(b->sim, fit__observer_force, b->observer);

@@ -35,19 +35,56 @@ static double locked_step(const lab_channel_audit *a)
     return a->noise < locked * a->step ? a->step : 0.0;
 }
 
+/* Samples around one that stay within a step of its reading y. */
+typedef struct stay {
+    double y;
+    int from, end, readings; /* readings: how many different ones, 1 to 3 */
+} stay;
+
+static stay stay_of(const double *y, int n, int i, double step)
+{
+    stay s = {y[i], i, i + 1, 1};
+    int above = 0, below = 0;
+    while (s.from > 0 && fabs(y[s.from - 1] - y[i]) < 1.5 * step) {
+        s.from--;
+    }
+    while (s.end < n && fabs(y[s.end] - y[i]) < 1.5 * step) {
+        s.end++;
+    }
+    for (int k = s.from; k < s.end; k++) {
+        above |= y[k] - y[i] > 0.5 * step;
+        below |= y[i] - y[k] > 0.5 * step;
+    }
+    s.readings += above + below;
+    return s;
+}
+
 /* A reading that an encoder repeats n times says one thing, that the value was within its step:
  * each counts as 1/n. Taken as n samples, the rounding of a slow motion, which is the same for all
- * of them, would be taken for an effect. @return sum of what they count as */
+ * of them, would be taken for an effect. How often a reading is repeated is counted over the time
+ * that the motion takes for it and its neighbours, n = samples / readings. Where a value lies
+ * between two readings they alternate, each is half a step off, and none is repeated: counted by
+ * themselves these errors, the largest ones, would weigh most, and chi2/dof of a true model would
+ * be 2. @return sum of what they count as */
 static double share_out(const double *y, int n, double step, double *share)
 {
+    enum { KEPT = 4 }; // of alternating readings
+    stay kept[KEPT] = {{0}};
     double all = 0.0;
-    for (int i = 0, end; i < n; i = end) {
-        for (end = i + 1; end < n && fabs(y[end] - y[i]) < 0.5 * step; end++) {
+    for (int i = 0, oldest = 0; i < n; i++) {
+        int k = 0;
+        while (k < KEPT && step > 0.0 &&
+               !(kept[k].from <= i && i < kept[k].end && fabs(kept[k].y - y[i]) < 0.5 * step)) {
+            k++;
         }
-        for (int k = i; k < end; k++) {
-            share[k] = isfinite(y[k]) ? 1.0 / sqrt(end - i) : 0.0;
-            all += share[k] * share[k];
+        if (k == KEPT && step > 0.0 && isfinite(y[i])) {
+            k = oldest++ % KEPT;
+            kept[k] = stay_of(y, n, i, step);
         }
+        double repeated =
+            k < KEPT && step > 0.0 ? (double)(kept[k].end - kept[k].from) / kept[k].readings : 1.0;
+        share[i] = isfinite(y[i]) ? 1.0 / sqrt(fmax(1.0, repeated)) : 0.0;
+        all += share[i] * share[i];
     }
     return all;
 }

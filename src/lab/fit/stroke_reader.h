@@ -11,7 +11,8 @@
 typedef struct fit__clocked {
     const fit__signal *signal;
     double shift;
-    int at; /* where it was read last */
+    const double *error; /* [n] of the signal: what is added at its knots; NULL: nothing */
+    int at;              /* where it was read last */
 } fit__clocked;
 
 /** Times of events of one channel, as they come. */
@@ -33,6 +34,7 @@ struct fit__reader {
     double *due;          /* [nch] their times, INFINITY: none is left [s] */
     fit__caught *caught;  /* [nch] */
     fit__clocked *signal; /* [nsignal], and those of the probe */
+    double *force;        /* [knots] of its signals: their errors */
     double *y;
     stein_pace pace;
     double t_end;

@@ -98,7 +98,8 @@ static stein_status scatter_anew(diag__fitting *t, stein_err *err)
     }
     for (int k = p->np; status == STEIN_OK && k < p->nu; k++) {
         fit__unknown *u = &p->unknown[k];
-        double factor = u->kind == FIT__SCATTER ? sqrt(D[fit__class(u->index) - FIT__JOINTS]) : 1.0;
+        int scatters = u->kind == FIT__SCATTER || u->kind == FIT__FORCE;
+        double factor = scatters ? sqrt(D[diag__class_of(p, u)]) : 1.0;
         u->sd *= factor;
         t->c->x[k] /= factor;
         p->step[k] /= factor;

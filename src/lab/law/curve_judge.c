@@ -60,7 +60,7 @@ static stein_status report(diag__laws *l, const diag__curve *c, const lab_datase
     if (status == STEIN_OK) {
         fit__problem *p = &w.p;
         memcpy(w.x, c->x, sizeof *w.x * (size_t)p->np);
-        status = diag__fit_own(p, l->all.D, w.x, w.r, err);
+        status = diag__fit_own(p, l->all.D, 0, w.x, w.r, err);
         to->x = status == STEIN_OK
                     ? malloc(sizeof *to->x * ((size_t)p->nu + fit__offset(p, p->nstroke) + 1))
                     : NULL;

@@ -14,6 +14,8 @@
  * that swings seventy times, a sensor gain of -5 %, ended at chi2/dof 2.4e7 with the observer and
  * ends at 5.1 with them.
  */
+#include <gsl/gsl_randist.h>
+#include <gsl/gsl_rng.h>
 #include <gsl/gsl_sort.h>
 #include <math.h>
 #include <stdlib.h>
@@ -30,7 +32,8 @@ enum {
     RECOVERIES = 2,
     FAR_MOST = 2,
     CORRECTIONS = 75,
-    FOLLOWING = 8
+    FOLLOWING = 8,
+    STARTS = 6
 };
 static const double rung[] = {0.05, 0.012};
 enum { RUNGS = sizeof rung / sizeof *rung };
@@ -41,6 +44,8 @@ static const double hopeless = 25.0; /* the same of a fit that is not led to its
 static const double follows = 0.02;  /* residual in the motion: up to there records are followed */
 static const double outlying = 9.0;  /* the same of a record, in that of the record in the middle */
 static const double astray = 0.1;    /* the same: the phase is lost */
+static const double at_noise = 1.5;  /* where the record in the middle leaves no more, */
+static const double off_alone = 1.5; /* so much is enough: a cause shows in more than a few */
 static const double no_weight = 1e-3;     /* of a record that a fit has lost */
 static const double horizon = 1.5;        /* from one to the next */
 static const double least_horizon = 0.01; /* share of the longest record */
@@ -91,7 +96,7 @@ static double misfit(fit__problem *p, const double *x, double *r)
 void diag__hold_scatter(fit__problem *p, int hold)
 {
     for (int k = p->np; k < p->nu; k++) {
-        if (p->unknown[k].kind == FIT__SCATTER) {
+        if (p->unknown[k].kind == FIT__SCATTER || p->unknown[k].kind == FIT__FORCE) {
             p->unknown[k].idle = hold;
         }
     }
@@ -283,6 +288,7 @@ typedef struct alone {
     const double *D;
     double *x, *r;
     const unsigned char *which; /* NULL: all */
+    int restarts; /* 1: a record that is not near noise begins from other starts, too */
 } alone;
 
 /* The initial state from which the simulation follows the record, over a horizon that grows from
@@ -312,6 +318,40 @@ static stein_status follow(const fit__problem *own, double *x, stein_err *err)
     }
     fit__bench_free(&b);
     free(y);
+    return status;
+}
+
+/* A record by itself from other starts, draws of its own unknowns from their priors, where it has
+ * not come near: a hammer that bounces once more, or is caught, has another minimum. What comes
+ * nearest stays. */
+static stein_status restart(fit__problem *own, fit__end *e, stein_err *err)
+{
+    size_t nu = (size_t)own->nu, rows = fit__offset(own, own->nstroke);
+    double near = off_alone * own->samples;
+    double *room = malloc(sizeof *room * (nu + rows + fit__columns(own) + 1));
+    gsl_rng *rng = gsl_rng_alloc(gsl_rng_mt19937);
+    stein_status status = room != NULL && rng != NULL ? STEIN_OK : lab__no_memory(err);
+    for (int d = 0; d < STARTS && status == STEIN_OK && !(e->objective < near); d++) {
+        fit__end other = {.x = room, .r = room + nu, .J = room + nu + rows};
+        stein_err why;
+        memcpy(other.x, e->x, sizeof *other.x * nu);
+        for (size_t k = (size_t)own->np; k < nu; k++) {
+            const fit__unknown *u = &own->unknown[k];
+            other.x[k] = u->prior && !u->idle ? gsl_ran_gaussian(rng, 1.0) : other.x[k];
+        }
+        status = diag__descend(own, &other, DIAG_FREE, &why);
+        if (status == STEIN_OK && other.objective < e->objective) {
+            memcpy(e->x, other.x, sizeof *e->x * nu);
+            memcpy(e->r, other.r, sizeof *e->r * rows);
+            e->objective = other.objective;
+            e->ended = other.ended;
+        }
+        status = fit__forgive(status, err);
+    }
+    if (rng != NULL) {
+        gsl_rng_free(rng);
+    }
+    free(room);
     return status;
 }
 
@@ -347,6 +387,7 @@ static stein_status fit_record(void *ctx, int s, fit__pool *pool, stein_err *err
         memcpy(x, a->x, sizeof *x * (size_t)own.np);
         status = follow(&own, x, err);
         status = status != STEIN_OK ? status : diag__descend(&own, &e, DIAG_IF_FAR, err);
+        status = status == STEIN_OK && a->restarts ? restart(&own, &e, err) : status;
         for (int k = 0; k < t->own; k++) { // as the problem counts: one record may begin elsewhere
             const fit__unknown *u = &own.unknown[own.np + k], *v = &p->unknown[t->first + k];
             a->x[t->first + k] = (u->start + u->sd * x[own.np + k] - v->start) / v->sd;
@@ -364,19 +405,19 @@ static stein_status fit_alone(alone *a, stein_err *err)
     return fit__together(&held, a->p->nstroke, fit_record, a, err);
 }
 
-stein_status diag__fit_own(fit__problem *p, const double *D, double *x, double *r, stein_err *err)
+stein_status diag__fit_own(fit__problem *p, const double *D, int restarts, double *x, double *r,
+                           stein_err *err)
 {
-    alone a = {p, D, x, r, NULL};
+    alone a = {p, D, x, r, NULL, restarts};
     return fit_alone(&a, err);
 }
 
 /* ---- records that a fit has lost ---- */
 
-/* marks records that are far off beside the one in the middle. @param chi2  [2*nstroke] room
- * @return how many; 0 where they are half of all */
-static int outliers(const fit__problem *p, const double *r, double *chi2, unsigned char *which)
+/* chi2 per sample of every record, then the same in order, [2*nstroke]. @return the one in the
+ * middle */
+static double by_record(const fit__problem *p, const double *r, double *chi2)
 {
-    int n = 0;
     for (int s = 0; s < p->nstroke; s++) {
         const fit__stroke *t = &p->stroke[s];
         size_t size = (size_t)t->nch * (size_t)t->n;
@@ -385,9 +426,20 @@ static int outliers(const fit__problem *p, const double *r, double *chi2, unsign
         chi2[p->nstroke + s] = chi2[s];
     }
     gsl_sort(chi2 + p->nstroke, 1, (size_t)p->nstroke);
-    double middle = chi2[p->nstroke + p->nstroke / 2];
+    return chi2[p->nstroke + p->nstroke / 2];
+}
+
+/* marks records that are far off beside the one in the middle. @param chi2  [2*nstroke] room
+ * @param near  out: that one leaves noise  @return how many; 0 where they are half of all */
+static int outliers(const fit__problem *p, const double *r, double *chi2, unsigned char *which,
+                    int *near)
+{
+    double middle = by_record(p, r, chi2);
+    int n = 0;
+    *near = middle < at_noise;
     for (int s = 0; s < p->nstroke; s++) {
-        which[s] = chi2[s] > outlying * fmax(1.0, middle);
+        double most = *near ? off_alone : outlying;
+        which[s] = chi2[s] > most * fmax(1.0, middle);
         n += which[s];
     }
     return FAR_MOST * n < p->nstroke ? n : 0;
@@ -406,14 +458,14 @@ static void weigh(fit__problem *p, const unsigned char *which, double factor)
 /* The numbers of all records from those that are near, then the own unknowns of the others at
  * these. @param x, r  out */
 static stein_status without_lost(fit__problem *p, const fit__end *e, const unsigned char *which,
-                                 double *x, double *r, stein_err *err)
+                                 int restarts, double *x, double *r, stein_err *err)
 {
     fit__end near = {.x = x, .J = e->J, .r = r};
     memcpy(x, e->x, sizeof *x * (size_t)p->nu);
     weigh(p, which, no_weight);
     stein_status status = fit__descend(p, &near, 0, enough, RENEWALS, err);
     weigh(p, which, 1.0 / no_weight);
-    alone a = {p, NULL, x, r, which};
+    alone a = {p, NULL, x, r, which, restarts};
     int failed = 0;
     status = status == STEIN_OK ? fit__residuals(p, x, r, &failed, err) : status;
     return status == STEIN_OK ? fit_alone(&a, err) : status;
@@ -425,11 +477,14 @@ stein_status diag__recover(fit__problem *p, fit__end *e, stein_err *err)
     double *room = malloc(sizeof *room * (nu + rows + 2 * ns + 1));
     unsigned char *which = calloc(ns + 1, 1);
     stein_status status = room != NULL && which != NULL ? STEIN_OK : lab__no_memory(err);
-    for (int k = 0; k < RECOVERIES && status == STEIN_OK && outliers(p, e->r, room, which); k++) {
+    int at_noise_else = 0;
+    for (int k = 0;
+         k < RECOVERIES && status == STEIN_OK && outliers(p, e->r, room, which, &at_noise_else);
+         k++) {
         double *x = room + 2 * ns, *r = x + nu, before = e->objective;
         stein_err why;
         e->current = 0;
-        status = fit__forgive(without_lost(p, e, which, x, r, &why), err);
+        status = fit__forgive(without_lost(p, e, which, at_noise_else, x, r, &why), err);
         if (status != STEIN_OK || !(fit__chi2(p, r) + fit__priors(p, x) < before)) {
             break;
         }

@@ -216,6 +216,29 @@ stein_status diag__problem_null(diag__problem *q, stein_err *err)
     return status;
 }
 
+stein_status diag__know_forces(diag__problem *q, const lab_dataset *records, stein_err *err)
+{
+    fit__problem p = {.nstroke = 0};
+    stein_status status = fit__problem_make_with(&p, q->model, records, &q->fit_def, NULL, 0, err);
+    p.tolerance = q->null.tolerance;
+    p.simulated = &q->strokes;
+    status = status == STEIN_OK ? fit__force_errors_add(&q->forces, &p, err) : status;
+    fit__problem_free(&p);
+    return status;
+}
+
+/* the noise of measured forces as unknowns of the records, where it matters */
+static stein_status take_forces(diag__problem *q, stein_err *err)
+{
+    stein_status status = diag__know_forces(q, q->fitted, err);
+    fit__force_errors_share(&q->forces, &q->input_share, &q->input_noise);
+    if (status == STEIN_OK && q->forces.n > 0) {
+        q->fit_def.force_errors = &q->forces;
+        status = diag__problem_null(q, err);
+    }
+    return status;
+}
+
 static stein_status open_null(diag__problem *q, stein_err *err)
 {
     q->fit_def = lab_fit_def_default();
@@ -226,7 +249,8 @@ static stein_status open_null(diag__problem *q, stein_err *err)
     q->fit_def.scatter = LAB_SCATTER_PLACES;
     stein_status status = state_bands(q, err);
     status = status == STEIN_OK ? diag__problem_null(q, err) : status;
-    return status == STEIN_OK ? choose_bands(q, err) : status;
+    status = status == STEIN_OK ? choose_bands(q, err) : status;
+    return status == STEIN_OK ? take_forces(q, err) : status;
 }
 
 /* ---- mechanisms ---- */
@@ -401,6 +425,7 @@ void diag__problem_close(diag__problem *q)
     free(q->candidate);
     free(q->untestable);
     free(q->step);
+    fit__force_errors_free(&q->forces);
     free(q->smooth);
     free(q->name);
     free(q->name_sd);

@@ -234,7 +234,8 @@ stein_status diag__evaluate(diag__problem *q, diag__table *t, const diag__propos
         return lab__no_memory(err);
     }
     if (row->in->why != NULL || status != STEIN_OK || !isfinite(row->objective)) {
-        row->failed = lab__text("%s", row->in->why != NULL ? row->in->why : why.msg);
+        const char *said = row->in->why != NULL ? row->in->why : why.msg;
+        row->failed = lab__text("%s", *said != '\0' ? said : "its likelihood is not finite");
         row->objective = row->chi2_dof = INFINITY;
         free(row->J);
         row->J = NULL;

@@ -23,6 +23,7 @@
 
 enum { ROUNDS = 40, SLOTS = 64 };
 static const double most_scatter = 6.25; /* variance, in those of the prior */
+static const double most_force = 2.25;   /* the same of a noise that was estimated */
 static const double nearly = 0.98;
 static const double enough = 5.0; /* records that tell a scatter; beside fewer its prior counts */
 static const double flat = 1e3;   /* sd of what has no prior, in its unit */
@@ -58,8 +59,11 @@ int diag__class_of(const fit__problem *p, const fit__unknown *u)
     if (u->kind == FIT__SCATTER) {
         return fit__class(u->index) - FIT__JOINTS;
     }
+    if (u->kind == FIT__FORCE) {
+        return DIAG_FORCES;
+    }
     int class = DIAG_CLASSES, last = -1;
-    for (int more = u->kind == FIT__SETTING; more && class < LAB_SCATTERS - 1;) {
+    for (int more = u->kind == FIT__SETTING; more && class < DIAG_FORCES - 1;) {
         int next = u->index;
         for (int k = p->np; k < p->nu; k++) {
             const fit__unknown *v = &p->unknown[k];
@@ -171,7 +175,9 @@ stein_status diag__mixed_at(lab__mixed *m, const fit__problem *p, const double *
     lab__scatter scatter[LAB_SCATTERS];
     find_slots(&l, p);
     for (int i = 0; i < LAB_SCATTERS; i++) {
-        scatter[i] = (lab__scatter){1.0, i < DIAG_CLASSES ? most_scatter : 1.0};
+        scatter[i] = (lab__scatter){1.0, i < DIAG_CLASSES   ? most_scatter
+                                         : i == DIAG_FORCES ? most_force
+                                                            : 1.0};
     }
     int nf = beta != NULL ? free_ones(p, beta) : 0;
     *m = (lab__mixed){.nf = 0};

@@ -36,8 +36,9 @@ static const double least_scatter = 1e-10;
 
 /* ---- small dense algebra ---- */
 
-/* in place inverse of a positive matrix [n*n] and ln det. @return 0 when it is not positive */
-static int invert(double *a, int n, double *logdet)
+/* in place lower Cholesky factor of a positive matrix [n*n] and ln det. @return 0 when it is not
+ * positive */
+static int factorise(double *a, int n, double *logdet)
 {
     gsl_matrix_view m = gsl_matrix_view_array(a, (size_t)n, (size_t)n);
     if (gsl_linalg_cholesky_decomp1(&m.matrix) != 0) {
@@ -48,6 +49,16 @@ static int invert(double *a, int n, double *logdet)
         sum += 2.0 * stein__log_of(a[i * n + i]);
     }
     *logdet = sum;
+    return 1;
+}
+
+/* in place inverse of a positive matrix [n*n] and ln det. @return 0 when it is not positive */
+static int invert(double *a, int n, double *logdet)
+{
+    gsl_matrix_view m = gsl_matrix_view_array(a, (size_t)n, (size_t)n);
+    if (!factorise(a, n, logdet)) {
+        return 0;
+    }
     gsl_linalg_cholesky_invert(&m.matrix);
     return 1;
 }
@@ -70,7 +81,7 @@ stein_status lab__mixed_make(lab__mixed *m, int nstroke, int nf, int ncand, int 
     m->ZZ = calloc(ns * nz * nz + 1, sizeof *m->ZZ);
     m->W = calloc(ns * nz * nz + 1, sizeof *m->W);
     m->A = calloc(nc * nc, sizeof *m->A);
-    m->work = calloc(2 * nz * nc + nc * nc + 1, sizeof *m->work);
+    m->work = calloc(nz * nc + nc * nc + 1, sizeof *m->work);
     m->pick = calloc(nc, sizeof *m->pick);
     m->flat = calloc((size_t)nf + 1, sizeof *m->flat);
     m->at = calloc((size_t)nf + 1, sizeof *m->at);
@@ -125,7 +136,8 @@ void lab__mixed_free(lab__mixed *m)
 
 /* ---- weighing ---- */
 
-/* W of a stroke, and its share of logdet. @return 0 when it has none */
+/* Cholesky factor of W^-1 = D^-1 + Z'Z of a stroke, in the place of W, and its share of logdet.
+ * @return 0 when it has none */
 static int weigh_stroke(lab__mixed *m, size_t s)
 {
     size_t nz = (size_t)m->nz;
@@ -136,30 +148,32 @@ static int weigh_stroke(lab__mixed *m, size_t s)
         W[k * nz + k] += 1.0 / D;
         m->logdet += stein__log_of(D);
     }
-    int ok = nz > 0 && invert(W, m->nz, &logdet);
+    int ok = nz > 0 && factorise(W, m->nz, &logdet);
     m->logdet += ok ? logdet : 0.0;
     return ok;
 }
 
-/* A of the n columns in pick, and W */
+/* A of the n columns in pick, and W. With W^-1 = L L' and T = L^-1 Z'C it is C'C - T'T: where a
+ * record's columns are a million noises long and nearly the same, W itself is too inexact. */
 static void weigh(lab__mixed *m, size_t n)
 {
     size_t nc = (size_t)m->ncol, nz = (size_t)m->nz;
-    double *qz = m->work, *t = qz + nz * nc, *A = t + nz * nc;
+    double *t = m->work, *A = t + nz * nc;
     memset(A, 0, sizeof *A * n * n);
     m->logdet = 0.0;
     for (size_t s = 0; s < (size_t)m->nstroke; s++) {
         const double *QZ = m->QZ + s * nz * nc, *Q = m->Q + s * nc * nc;
         for (size_t i = 0; i < nz * n; i++) {
-            qz[i] = QZ[i / n * nc + (size_t)m->pick[i % n]];
+            t[i] = QZ[i / n * nc + (size_t)m->pick[i % n]];
         }
         if (weigh_stroke(m, s)) {
             gsl_matrix_view w = gsl_matrix_view_array(m->W + s * nz * nz, nz, nz);
-            gsl_matrix_view vz = gsl_matrix_view_array(qz, nz, n);
             gsl_matrix_view vt = gsl_matrix_view_array(t, nz, n);
             gsl_matrix_view va = gsl_matrix_view_array(A, n, n);
-            gsl_blas_dgemm(CblasNoTrans, CblasNoTrans, 1.0, &w.matrix, &vz.matrix, 0.0, &vt.matrix);
-            gsl_blas_dgemm(CblasTrans, CblasNoTrans, -1.0, &vz.matrix, &vt.matrix, 1.0, &va.matrix);
+            gsl_blas_dtrsm(CblasLeft, CblasLower, CblasNoTrans, CblasNonUnit, 1.0, &w.matrix,
+                           &vt.matrix);
+            gsl_blas_dgemm(CblasTrans, CblasNoTrans, -1.0, &vt.matrix, &vt.matrix, 1.0, &va.matrix);
+            gsl_linalg_cholesky_invert(&w.matrix);
         }
         for (size_t i = 0; i < n * n; i++) {
             A[i] += Q[(size_t)m->pick[i / n] * nc + (size_t)m->pick[i % n]];

@@ -7,7 +7,7 @@
 
 #include "run.h"
 
-enum { LAB_SCATTERS = 8 };
+enum { LAB_SCATTERS = 9 };
 
 /** What kind of scatter: variances are estimated between bounds. */
 typedef struct lab__scatter {

@@ -37,7 +37,7 @@ static const double far = 400.0;      /* the same up to which it is worth a look
 static const double slack = 0.05;     /* of chi2/dof: no law is exactly that of the file */
 static const double by_chance = 3.0;  /* sd of chi2/dof: more is looked into */
 static const double guessed = 2.25;   /* chi2/dof: estimated noise may be a half too small */
-static const double twice = 2.0;      /* few draws show the share of inputs to a factor of two */
+static const double twice = 2.0;      /* the share of inputs is known to a factor of two: chosen */
 static const double matters = 0.5;    /* such a share: the noise is no longer as stated */
 const double diag__convincing = 9.2;  /* of -2 ln L: odds of 1 to 100 */
 static const double rounding = 12.0;  /* of -2 ln L that linear predictions miss near the end */
@@ -463,10 +463,8 @@ stein_status diag__search(diag__problem *q, diag__table *t, stein_err *err)
     diag__proposal null = {.h = {.n = 0}, .parent = -1, .source = '0'};
     diag__row *row;
     q->least_noise = 1.0;
-    stein_status status = diag__input_noise(&q->null, &q->input_share, err);
-    q->input_noise = q->input_share;
-    q->scale_free = !fit__noise_given(&q->null) || q->input_share > matters;
-    status = status == STEIN_OK ? diag__evaluate(q, t, &null, &row, err) : status;
+    q->scale_free = !fit__noise_given(&q->null) || q->input_noise > matters;
+    stein_status status = diag__evaluate(q, t, &null, &row, err);
     if (status == STEIN_OK && row->failed != NULL) {
         return lab__fail(err, STEIN_ENONFINITE, "%s", row->failed);
     }

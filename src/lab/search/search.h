@@ -39,9 +39,9 @@
 
 enum {
     DIAG_CAUSES = FIT__ACCEPTED,
-    DIAG_CLASSES = 3
-}; /* scatter: joints, contacts, drive; behind
-    * these, settings */
+    DIAG_CLASSES = 3,              /* scatter: joints, contacts, drive; behind these, settings */
+    DIAG_FORCES = LAB_SCATTERS - 1 /* errors of measured forces */
+};
 
 /** A set of causes: candidates by number, ascending. */
 typedef struct diag__hypothesis {
@@ -81,8 +81,9 @@ typedef struct diag__problem {
     int records;                 /* largest number of one */
     diag__mechanism **mechanism; /* made when they are asked for */
     int nmechanism;
-    double input_share; /* what noise of measured forces adds to chi2/dof (input_noise.c) */
-    double input_noise; /* the same, no more than fits leave */
+    lab_force_errors forces; /* what the noise of measured forces does to the records */
+    double input_share;      /* what it adds to chi2/dof */
+    double input_noise; /* the same beyond the unknowns that describe it, no more than fits leave */
     int scale_free; /* noise is estimated with every fit: it is not stated, or the best hypothesis
                      * leaves more or less than was stated */
     double
@@ -174,6 +175,9 @@ stein_status diag__problem_open(diag__problem *q, const char *file, const lab_mo
 void diag__problem_close(diag__problem *q);
 /** The null hypothesis once more, after the names of what is free have changed. */
 stein_status diag__problem_null(diag__problem *q, stein_err *err);
+/** What the noise of measured forces does to more records: in fits to these it is unknown, too.
+ *  @return OK, ENOMEM, the failure of making a problem */
+stein_status diag__know_forces(diag__problem *q, const lab_dataset *records, stein_err *err);
 /** The mechanism with the parts that a hypothesis needs. @return NULL: no memory (err), else with
  *  `why` where it cannot be made */
 const diag__mechanism *diag__mechanism_of(diag__problem *q, const diag__hypothesis *h,
@@ -284,7 +288,8 @@ double diag__relative(const fit__problem *p, const double *r);
 int diag__stride_of(const fit__problem *p);
 /** The records of a problem, only the records' own unknowns fitted, the others as they are in x.
  *  @param D  variances of scatter, in those of the prior  @return OK, ENOMEM, a failure */
-stein_status diag__fit_own(fit__problem *p, const double *D, double *x, double *r, stein_err *err);
+stein_status diag__fit_own(fit__problem *p, const double *D, int restarts, double *x, double *r,
+                           stein_err *err);
 /** Records that are far off while most are near: what is shared is fitted to the others, and each
  * of them is followed from its start. @param e  the end of a fit, and a better one  @return OK,
  * ENOMEM */
@@ -324,12 +329,6 @@ diag__row *diag__best(const diag__problem *q, const diag__table *t, int n);
 double diag__amount(const diag__row *row, int i, double *sd);
 /** Are all amounts of a row of a possible sign and size? */
 int diag__is_possible(const diag__problem *q, const diag__row *row);
-
-/* ---- input_noise.c ---- */
-
-/** @param share  out: what noise of measured forces adds to chi2/dof, 0: there are none
- *  @return OK, ENOMEM */
-stein_status diag__input_noise(const fit__problem *p, double *share, stein_err *err);
 
 /* ---- linear.c ---- */
 
