@@ -54,6 +54,7 @@ typedef struct fit__cubic {
  * sample. */
 typedef struct fit__signal {
     int input, motion, n;
+    int first;         /* knot among those of the record's signals, where their errors are */
     double *t, *g;     /* [n] knots, values */
     fit__cubic *piece; /* [n] from knot to knot: what a simulation reads in one go lies side by
                           side, and nothing is divided */

@@ -67,7 +67,7 @@ const fit__force_error *fit__force_error_of(const fit__problem *p, const fit__st
 void fit__force_error_at(const fit__problem *p, const fit__stroke *t, const double *x,
                          double *error)
 {
-    int knots = knots_of(t);
+    int knots = t->force->knots;
     memset(error, 0, sizeof *error * (size_t)knots);
     for (int k = t->first; k < t->first + t->own; k++) {
         const fit__unknown *u = &p->unknown[k];

@@ -399,6 +399,9 @@ static void own_unknowns(fit__problem *p, int stroke)
         own(p, s, stroke, FIT__TAU, 0, trigger_sd(p, s), 1);
     }
     own_scatter(p, s, stroke);
+    for (int k = 1; k < s->nsignal; k++) {
+        s->signal[k].first = s->signal[k - 1].first + s->signal[k - 1].n;
+    }
     s->force = fit__force_error_of(p, s);
     for (int k = 0; s->force != NULL && k < s->force->n; k++) {
         own(p, s, stroke, FIT__FORCE, k, 1.0, 1);

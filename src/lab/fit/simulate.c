@@ -144,8 +144,9 @@ static stein_status bind(stein_sim *sim, const stein_model *m, const fit__stroke
         status = stein_drive(sim, m->inputs[i].name, NULL, NULL, err);
     }
     for (int k = 0; status == STEIN_OK && k < s->nsignal; k++) {
-        c[k] = (fit__clocked){.signal = &s->signal[k], .shift = shift, .error = error};
-        error += error != NULL ? s->signal[k].n : 0;
+        const fit__signal *signal = &s->signal[k];
+        c[k] = (fit__clocked){.signal = signal, .shift = shift};
+        c[k].error = error != NULL && !signal->motion ? error + signal->first : NULL;
         status = stein_drive(sim, m->inputs[s->signal[k].input].name, signal_at, &c[k], err);
     }
     return status;
