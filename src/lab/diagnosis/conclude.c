@@ -113,7 +113,7 @@ static diag__row *contender(const diagnosis *d)
             stands = !diag__equals(&other->h, &row->h) || !diag__is_possible(&d->q, other) ||
                      !(other->objective < row->objective);
         }
-        if (stands && !row->refined && e.objective < least) {
+        if (stands && row->within > 0.0 && e.objective < least) {
             least = e.objective;
             found = row;
         }

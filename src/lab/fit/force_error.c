@@ -230,7 +230,12 @@ stein_status fit__force_errors_add(lab_force_errors *to, const fit__problem *p, 
     to->record = more;
     stein_status status = STEIN_OK;
     for (int s = 0; status == STEIN_OK && s < p->nstroke; s++) {
-        if (knots_of(&p->stroke[s]) > 0) {
+        const fit__stroke *t = &p->stroke[s];
+        int noisy = 0;
+        for (int k = 0; k < t->nsignal; k++) {
+            noisy |= is_noisy(&t->signal[k]);
+        }
+        if (noisy && t->force == NULL) { // it is not known yet
             fit__force_error *e = calloc(1, sizeof *e);
             to->record[to->n] = e;
             to->n += e != NULL;

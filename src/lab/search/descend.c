@@ -46,6 +46,7 @@ static const double outlying = 9.0;  /* the same of a record, in that of the rec
 static const double astray = 0.1;    /* the same: the phase is lost */
 static const double at_noise = 1.2;  /* where the record in the middle leaves no more, */
 static const double off_alone = 1.5; /* so much is enough: a cause shows in more than a few */
+static const double by_chance = 3.0; /* sd of chi2 per sample: more is no chance */
 static const double no_weight = 1e-3;     /* of a record that a fit has lost */
 static const double horizon = 1.5;        /* from one to the next */
 static const double least_horizon = 0.01; /* share of the longest record */
@@ -355,6 +356,17 @@ static stein_status restart(fit__problem *own, fit__end *e, stein_err *err)
     return status;
 }
 
+/* Readings of a record alone weigh as in the problem: their noise may be estimated with the fit,
+ * and the step of an encoder may show in other records only. */
+static void weigh_alike(fit__problem *own, const fit__stroke *t)
+{
+    fit__stroke *o = &own->stroke[0];
+    memcpy(o->noise, t->noise, sizeof *o->noise * (size_t)t->nch);
+    memcpy(o->share, t->share, sizeof *o->share * (size_t)t->nch * (size_t)t->n);
+    own->samples += t->samples - o->samples;
+    o->samples = t->samples;
+}
+
 static stein_status fit_record(void *ctx, int s, fit__pool *pool, stein_err *err)
 {
     const alone *a = ctx;
@@ -371,6 +383,9 @@ static stein_status fit_record(void *ctx, int s, fit__pool *pool, stein_err *err
     own.stride = p->stride;
     own.pool = pool;
     own.simulated = p->simulated;
+    if (status == STEIN_OK) {
+        weigh_alike(&own, t);
+    }
     for (int k = 0; status == STEIN_OK && k < own.nu; k++) {
         fit__unknown *u = &own.unknown[k];
         u->idle |= k < own.np;
@@ -429,17 +444,25 @@ static double by_record(const fit__problem *p, const double *r, double *chi2)
     return chi2[p->nstroke + p->nstroke / 2];
 }
 
+/* chi2 per sample of a record from which on it is off by more than chance */
+static double most_alone(const fit__stroke *t)
+{
+    return fmax(off_alone, 1.0 + by_chance * sqrt(2.0 / fmax(1.0, t->samples)));
+}
+
 /* marks records that are far off beside the one in the middle. @param chi2  [2*nstroke] room
+ * @param scale  of the noise in p beside that of file or audit
  * @param near  out: that one leaves noise  @return how many; 0 where they are half of all */
-static int outliers(const fit__problem *p, const double *r, double *chi2, unsigned char *which,
-                    int *near)
+static int outliers(const fit__problem *p, const double *r, double scale, double *chi2,
+                    unsigned char *which, int *near)
 {
     double middle = by_record(p, r, chi2);
     int n = 0;
-    *near = middle < at_noise;
+    *near = middle * scale * scale < at_noise;
     for (int s = 0; s < p->nstroke; s++) {
-        double most = *near ? off_alone : outlying;
-        which[s] = chi2[s] > most * fmax(1.0, middle);
+        double unit = *near ? scale * scale : 1.0;
+        double most = *near ? most_alone(&p->stroke[s]) : outlying;
+        which[s] = chi2[s] * unit > most * fmax(1.0, middle * unit);
         n += which[s];
     }
     return FAR_MOST * n < p->nstroke ? n : 0;
@@ -471,20 +494,20 @@ static stein_status without_lost(fit__problem *p, const fit__end *e, const unsig
     return status == STEIN_OK ? fit_alone(&a, err) : status;
 }
 
-stein_status diag__recover(fit__problem *p, fit__end *e, stein_err *err)
+stein_status diag__recover(fit__problem *p, fit__end *e, double scale, stein_err *err)
 {
     size_t nu = (size_t)p->nu, rows = fit__offset(p, p->nstroke), ns = (size_t)p->nstroke;
     double *room = malloc(sizeof *room * (nu + rows + 2 * ns + 1));
     unsigned char *which = calloc(ns + 1, 1);
     stein_status status = room != NULL && which != NULL ? STEIN_OK : lab__no_memory(err);
-    int at_noise_else = 0;
-    for (int k = 0;
-         k < RECOVERIES && status == STEIN_OK && outliers(p, e->r, room, which, &at_noise_else);
-         k++) {
+    for (int k = 0, near; k < RECOVERIES && status == STEIN_OK; k++) {
+        if (outliers(p, e->r, scale, room, which, &near) == 0) {
+            break;
+        }
         double *x = room + 2 * ns, *r = x + nu, before = e->objective;
         stein_err why;
         e->current = 0;
-        status = fit__forgive(without_lost(p, e, which, at_noise_else, x, r, &why), err);
+        status = fit__forgive(without_lost(p, e, which, near, x, r, &why), err);
         if (status != STEIN_OK || !(fit__chi2(p, r) + fit__priors(p, x) < before)) {
             break;
         }

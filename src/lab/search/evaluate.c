@@ -157,7 +157,7 @@ static stein_status fit_row(const diag__problem *q, const diag__table *t, diag__
     }
     status = status == STEIN_ENOMEM ? status : diag__descend(p, &e, from, err);
     int lost = status == STEIN_OK && row->h.n > 0 && is_beaten(q, t, row);
-    status = status == STEIN_OK && !lost ? diag__recover(p, &e, err) : status;
+    status = status == STEIN_OK && !lost ? diag__recover(p, &e, row->scale, err) : status;
     status = status == STEIN_OK && q->scale_free ? settle_noise(q, row, lost, &e, err) : status;
     row->converged = e.ended;
     return status == STEIN_OK && !e.current ? fit__sensitivities(p, row->x, row->r, row->J, err)
@@ -209,6 +209,7 @@ stein_status diag__evaluate(diag__problem *q, diag__table *t, const diag__propos
     row->objective = row->chi2_dof = row->relative = INFINITY;
     row->scale = row->memory = 1.0;
     row->input_noise = q->input_noise;
+    row->within = INFINITY;
     row->in = diag__mechanism_of(q, &row->h, err);
     if (row->in == NULL) {
         free(row);
@@ -335,7 +336,7 @@ stein_status diag__refine_row(diag__row *row, double within, stein_err *err)
     size_t n = (size_t)p->nu + (size_t)p->np + fit__offset(p, p->nstroke), nJ = fit__columns(p);
     diag__row was = *row;
     stein_err why = {STEIN_OK, ""};
-    if (row->refined && row->J != NULL) {
+    if (row->within <= within && row->J != NULL) {
         return STEIN_OK;
     }
     if (row->J == NULL) {
@@ -356,7 +357,7 @@ stein_status diag__refine_row(diag__row *row, double within, stein_err *err)
         was.p = row->p;
         *row = was;
     }
-    row->refined = 1;
+    row->within = within;
     free(room);
     return fit__forgive(status, err);
 }

@@ -417,6 +417,12 @@ static stein_status with_noise(diag__problem *q, diag__table *t, stein_err *err)
     stein_status status = diag__note_standing(t, &kept, err);
     q->scale_free = 1;
     status = status == STEIN_OK ? diag__fit_again(q, t, 'N', err) : status;
+    if (status == STEIN_OK && diag__best(q, t, -1) == NULL) { // none could be fitted again
+        q->scale_free = 0;
+        diag__take_back(q, t, &kept);
+        free(kept.superseded);
+        return STEIN_OK;
+    }
     status = status == STEIN_OK ? expand_all(q, t, err) : status;
     if (status == STEIN_OK && less && best->h.n > 0) {
         const diag__row *now = diag__incumbent(q, t), *null = diag__best(q, t, 0);

@@ -126,9 +126,11 @@ typedef struct diag__row {
     long strokes; /* simulated for it */
     double seconds;
     int rough;      /* its settings are off by what their digits allow */
+    int shorter;    /* it is a second start of a proposal, from smaller amounts */
     int superseded; /* it was fitted with noise that turned out too small */
     int impossible; /* a body has an inertia that no body can have */
-    int refined;    /* it is fitted to its end (diag__refine_row) */
+    double within;  /* of the objective: so near its end it is fitted (diag__refine_row); INFINITY:
+                     * as the search has left it */
     int expanded;   /* proposers have seen it: 1 held near the records, 2 free */
 } diag__row;
 
@@ -293,7 +295,7 @@ stein_status diag__fit_own(fit__problem *p, const double *D, int restarts, doubl
 /** Records that are far off while most are near: what is shared is fitted to the others, and each
  * of them is followed from its start. @param e  the end of a fit, and a better one  @return OK,
  * ENOMEM */
-stein_status diag__recover(fit__problem *p, fit__end *e, stein_err *err);
+stein_status diag__recover(fit__problem *p, fit__end *e, double scale, stein_err *err);
 
 /* ---- evaluate.c ---- */
 

@@ -25,7 +25,7 @@ int diag__tries(const diag__table *t, const diag__hypothesis *h, char source, in
     for (int i = 0; i < t->n; i++) {
         const diag__row *row = t->row[i];
         int counts = source == 0 || (row->source == source && row->parent != parent);
-        n += counts && !row->superseded && diag__equals(&row->h, h);
+        n += counts && !row->superseded && !row->shorter && diag__equals(&row->h, h);
     }
     return n;
 }
@@ -59,6 +59,9 @@ stein_status diag__try(diag__problem *q, diag__table *t, const diag__proposal *p
         status = diag__evaluate(q, t, &from, &row, err);
         if (row != NULL && q->trace != NULL) {
             diag__trace_row(q->trace, q, t, row);
+        }
+        if (row != NULL) {
+            row->shorter = k > 0;
         }
         if (row != NULL && (*one == NULL || row->objective < (*one)->objective)) {
             *one = row;

@@ -43,19 +43,31 @@ static int single(const diag__problem *q, const diag__linear *l, int a, diag__pr
     return 1;
 }
 
-/* the causes that follow the records furthest first */
+/* the causes that follow the records furthest first. @param n  MOST or less */
 static stein_status rank_by_reach(diag__problem *q, const diag__linear *l, diag__ranked *list,
                                   int n, stein_err *err)
 {
+    double reach[MOST] = {0.0};
     stein_status status = STEIN_OK;
     for (int i = 0; i < n && status == STEIN_OK && !diag__is_spent(q); i++) {
         diag__proposal p;
         double until = 0.0;
         single(q, l, list[i].a, &p);
+        p.rough = l->row->rough;
         status = diag__reach(q, &p, &until, err);
-        list[i].expected = -until;
+        reach[i] = until;
     }
-    diag__rank(list, n);
+    // causes come in the order of what is expected of them, which decides where reaches are equal
+    for (int i = 1; i < n; i++) {
+        for (int k = i; k > 0 && reach[k] > reach[k - 1]; k--) {
+            diag__ranked one = list[k];
+            double until = reach[k];
+            list[k] = list[k - 1];
+            reach[k] = reach[k - 1];
+            list[k - 1] = one;
+            reach[k - 1] = until;
+        }
+    }
     return status;
 }
 
@@ -84,6 +96,7 @@ static stein_status try_columns(diag__problem *q, diag__table *t, const diag__li
         diag__row *one = NULL;
         single(q, l, list[i].a, &p);
         p.parent = anew ? -1 : diag__index(t, l->row);
+        p.rough = l->row->rough;
         if ((anew || diag__find(t, &p.h) == NULL) && !diag__is_spent(q)) {
             status = diag__try(q, t, &p, &one, err);
         }

@@ -14,10 +14,13 @@
  *      named.
  *   5  Rivals have as many causes and come within odds of 1 to 100. If more than noise is left, a
  *      better fit may be one of what is missing in all of them: then within what a cause has to
- * gain. 6  No cause is named if its 95 % interval contains 0, or if the hypothesis leaves most of
- * the misfit. 7  A best hypothesis that is far from the records is no usable model, whatever it
- * gains. 8  Explained is what leaves noise. 9  A cause that acts in one record alone is named only
- * if Student's t with n - 2 degrees of freedom, over all n records, is beyond doubt.
+ *      gain.
+ *   6  No cause is named if its 95 % interval contains 0, or if the hypothesis leaves most of the
+ *      misfit.
+ *   7  A best hypothesis that is far from the records is no usable model, whatever it gains.
+ *   8  Explained is what leaves noise.
+ *   9  A cause that acts in one record alone is named only if Student's t with n - 2 degrees of
+ *      freedom, over all n records, is beyond doubt.
  *
  * Reasons of the thresholds: docs/diagnosis.md.
  */
