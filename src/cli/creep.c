@@ -21,7 +21,8 @@ static const double last = 0.8;     /* of a run: from there on */
 static const double creeping = 0.5; /* of the turning speed: tanh is not near 1 */
 static const double steady = 0.9;   /* least over largest speed */
 static const double far = 0.01; /* of the largest motion of a slide: what creeps in a run counts */
-enum { FEWEST = 10 };           /* rows */
+static const double least_range = 1e-4; /* of a slide [m]: what moves less does not creep */
+enum { FEWEST = 10 };                   /* rows */
 
 cli_creep *cli_creep_begin(const stein_model *model, double until)
 {
@@ -55,7 +56,8 @@ void cli_creep_warn(const cli_creep *c, double range)
 {
     for (int i = 0; c->rows >= FEWEST && i < c->model->ncontact; i++) {
         const struct seen *s = &c->seen[i];
-        if (s->rows == c->rows && s->least > steady * s->most && s->most * c->until > far * range) {
+        double most = far * fmax(range, least_range);
+        if (s->rows == c->rows && s->least > steady * s->most && s->most * c->until > most) {
             fprintf(
                 stderr,
                 "stein: contact \"%s\" creeps at %.2g m/s below its limit of friction, as smooth "

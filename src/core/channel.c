@@ -219,9 +219,13 @@ int stein_slides(stein_sim *sim, int contact, double *speed, double *slip)
 {
     int found = 0;
     *speed = *slip = 0.0;
-    for (int i = 0; stein__refresh(sim, NULL) == STEIN_OK && i < sim->ntouch; i++) {
+    if (contact < 0 || contact >= sim->model->ncontact || stein__refresh(sim, NULL) != STEIN_OK) {
+        return 0;
+    }
+    for (int i = 0; i < sim->ntouch; i++) {
         const touch *t = &sim->touch[i];
-        if (t->pair->index == contact && t->pair->inverse_vt > 0.0 && t->normal > 0.0) {
+        int smooth = t->pair->inverse_vt > 0.0 && t->pair->stick < 0;
+        if (t->pair->index == contact && smooth && t->normal > 0.0) {
             found = 1;
             *slip = fmax(*slip, fabs(sim->slip[i]));
             *speed = fmax(*speed, fabs(sim->slip[i]) / t->pair->inverse_vt);

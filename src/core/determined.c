@@ -29,7 +29,7 @@ static int loops_change(stein_sim *sim, const stein_reaction *r)
         value[with] = stein__reaction_of(sim, r, with ? slack : 0.0);
         slack += fabs(value[0]);
     }
-    return fabs(value[1] - value[0]) > changed * slack;
+    return !(fabs(value[1] - value[0]) <= changed * slack); // NaN: nobody knows
 }
 
 /* ---- friction that sticks ---- */
@@ -52,12 +52,15 @@ static int row_changes(stein_sim *sim, const stein_reaction *r, int row, double 
     stein__sticks *s = &sim->hold;
     double sum = 0.0, most = 0.0, value = stein__reaction_of(sim, r, 0.0);
     for (int other = 0; other < s->nrow; other++) {
+        double shift = more * shift_of(sim, row, other);
+        if (shift == 0.0) {
+            continue;
+        }
         if (stein__refresh(sim, NULL) != STEIN_OK) {
             return 1;
         }
-        double shift = more * shift_of(sim, row, other);
         s->force[s->row[other]] += shift;
-        double part = shift != 0.0 ? stein__reaction_of(sim, r, 0.0) - value : 0.0;
+        double part = stein__reaction_of(sim, r, 0.0) - value;
         sum += part;
         most = fmax(most, fabs(part));
         sim->fresh = STALE; // the force is that of the state again
