@@ -207,6 +207,20 @@ holds "it stays where it stuck" "abs(v['final']['v']) < 1e-5 and abs(v['final'][
 if [ -s "$dir/err" ]; then fail "says nothing"; else pass; fi
 claim 0 "on a slope that is too steep" "$stein" simulate "$dir/slope.yaml" --set floor.line.facing=50deg
 if grep -q creeps "$dir/err"; then fail "it slides, and does not creep"; else pass; fi
+cat >"$dir/belt.yaml" <<'END'
+mechanism: belt
+bodies:
+  belt: {joint: T x, mass: 5 kg, initial: {speed: 2 mm/s}}
+  slide: {joint: T x, spring: {k: 1200 N/m}, damping: 60 N s/m}
+  block: {parent: slide, joint: T z, mass: 0.8 kg, points: {sole: [0, 0, 0]}, initial: {position: -block.mass * 9.81 m/s^2 / top.normal.c}}
+contacts:
+  top: {between: [{point: block.sole}, {line: {on: belt, at: [0, 0, 0], facing: 90 deg}}], normal: {c: 20 kN/m, D: 5 s/m}, friction: {A: 0.14, stick: yes}}
+inputs: {drive: {motion: belt}}
+outputs: {x: {joint: slide, read: position}}
+simulation: {dt: 1 ms, until: 4 s}
+END
+claim 0 "a belt that drags a block at its limit of dry friction" "$stein" simulate "$dir/belt.yaml"
+if grep -q creeps "$dir/err"; then fail "friction that sticks does not creep"; else pass; fi
 
 # ---- a pendulum that is chaotic
 claim 0 "a motion that amplifies differences" "$stein" simulate models/double_pendulum.yaml --until 10s

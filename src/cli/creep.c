@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * creep.c - contacts whose smooth friction lets creep what dry friction would hold, until the end
- * of a run.
+ * creep.c - contacts that still creep at the end of a run: their friction is a smooth law, which
+ * gives a force only while the contact slides. Dry friction would hold them.
  */
 #include "creep.h"
 

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: MIT
  * determined.c - whether a reading is determined by the motion.
  *
- * Forces that do no work together can have any size. Such are the forces of redundant conditions of
- * loops (reaction_loops.c), and of friction that sticks at places whose rows of G depend on each
- * other (stick.c). A reading is determined if it does not change with any of them.
+ * Forces that do no work together can have any size. There are two kinds: forces of redundant
+ * conditions of loops (reaction_loops.c), and friction that sticks at several places that hold the
+ * same motion, so that their rows of G are linearly dependent (stick.c). A reading is determined if
+ * it does not change with any of these forces.
  *
  * Rows of friction count as dependent up to STEIN__ALIKE, so parts of a reading that cancel out do
  * so up to some thousandths.
@@ -29,7 +30,7 @@ static int loops_change(stein_sim *sim, const stein_reaction *r)
         value[with] = stein__reaction_of(sim, r, with ? slack : 0.0);
         slack += fabs(value[0]);
     }
-    return !(fabs(value[1] - value[0]) <= changed * slack); // NaN: nobody knows
+    return !(fabs(value[1] - value[0]) <= changed * slack); // NaN: unknown
 }
 
 /* ---- friction that sticks ---- */

@@ -133,13 +133,14 @@ static double smallest_pivot(stein_sim *sim, int rank)
             at = fabs(l->A[i]) > fabs(l->A[at]) ? i : at;
         }
         double pivot = l->A[at];
+        int column = at % n;
         least = fmin(least, fabs(pivot));
         if (pivot == 0.0) {
             return 0.0;
         }
         double *row = l->A + at / n * n;
         for (int a = 0; a < m; a++) {
-            double *other = l->A + a * n, f = other[at % n] / pivot;
+            double *other = l->A + a * n, f = other[column] / pivot;
             for (int j = 0; j < n && other != row; j++) {
                 other[j] -= f * row[j];
             }

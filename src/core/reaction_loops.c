@@ -200,7 +200,8 @@ static int transmits(const work *k, const wrench6 *w, int j)
            fabs(dot(here.n, held.n)) > rounded * moment * sqrt(dot(here.n, here.n));
 }
 
-/* the part of loop i in the forces of null, whose largest element is `most`. @return 0: none */
+/* The wrench of loop i in the set of forces k->null, which do no work; it is divided by `most`, the
+ * largest of them. @return 0: the loop has no part in them */
 static int wrench_of_null(const work *k, int i, double most, wrench6 *w)
 {
     int any = 0;
@@ -214,9 +215,9 @@ static int wrench_of_null(const work *k, int i, double most, wrench6 *w)
     return any;
 }
 
-/* The forces in null could have any size. They are taken for 0, and so for determined, if two
- * things hold. They belong to no condition: they act across the plane of hinges whose axes are
- * parallel in every position. And no joint of the loop transmits anything in their direction. */
+/* The forces k->null do no work, so they could have any size. They are taken for 0, and so for
+ * determined, under two conditions: they act across the plane of hinges whose axes are parallel in
+ * every position, and no joint of the loop transmits a load in their direction. */
 static int is_open(const work *k, double most)
 {
     const stein_sim *sim = k->sim;

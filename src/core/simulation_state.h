@@ -113,7 +113,7 @@ typedef struct site {
 /** Fixed part of the state block; q, qd, rest, mode, phase, engaged, held, stick, anchor follow. */
 typedef struct state_head {
     char format[8];
-    char equations[16]; /* whose state it is */
+    char equations[16]; /* name of the equations that the state belongs to */
     uint64_t size;      /* of the whole block [bytes] */
     uint64_t sum;       /* of the rest of it; only in what stein_save writes */
     double t;           /* [s] */
@@ -211,7 +211,7 @@ struct stein_sim {
     int *parent;  /* [nq] joint that the body of a joint hangs on, -1: none */
     int *turning; /* [nturning] joints that turn */
     int nturning;
-    acting *acting; /* [nacting] joints whose law is not 0 */
+    acting *acting; /* [nacting] joints with a law (spring, friction) that can give a force */
     int nacting;
     limb *limb; /* [nframe] */
     site *site; /* [nsite] spots, then three a notch: tip, corner, face */

@@ -121,8 +121,9 @@ static double product(const double *a, const double *b, int n)
     return sum;
 }
 
-/* Is there nothing that a force at this row moves? What is prescribed counts with its mass: beside
- * it the rounding of a direction moves nothing. */
+/* Is there nothing that a force at this row moves? A joint whose motion is prescribed counts with
+ * the mass that stands in M for it (1 without loops, inputs.c): a part of the row that is only
+ * rounding moves little beside it. */
 static int is_locked(const stein_sim *sim, int r)
 {
     int nq = sim->model->nq;

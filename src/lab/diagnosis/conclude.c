@@ -15,9 +15,7 @@
 #include "diagnosis.h"
 
 enum { FREE_RECORDS = 16, CONTENDERS = 4 };
-/* of the objective: a search's fit may end so far above its minimum */
-static const double unended = 50.0;
-static const double of_gain = 0.03;                   /* the same of a gain, where it is told */
+static const double of_gain = 0.03; /* so near its end a baseline is fitted, of a gain over it */
 static const double nearly_all = 0.9, far_off = 50.0; /* share of the misfit; chi2/dof */
 
 /* ---- the judge's view of the table ---- */
@@ -103,7 +101,7 @@ static diag__row *contender(const diagnosis *d)
 {
     const diag__row *best = d->t.row[d->j.best];
     diag__row *found = NULL;
-    double least = evidence_of(&d->q, best).objective + unended;
+    double least = evidence_of(&d->q, best).objective + diag__unended;
     for (int i = 0; i < d->t.n; i++) {
         diag__row *row = d->t.row[i];
         const diag__evidence e = evidence_of(&d->q, row);
@@ -335,6 +333,14 @@ static int act_in_all(const lab_diagnosis *o)
     return yes;
 }
 
+/* what the noise of measured forces does to the records that report */
+static stein_status learn_forces(diagnosis *d, stein_err *err)
+{
+    stein_err why;
+    return d->reporting.n < 1 ? STEIN_OK
+                              : fit__forgive(diag__know_forces(&d->q, &d->reporting, &why), err);
+}
+
 stein_status diag__conclude(diagnosis *d, stein_err *err)
 {
     lab_diagnosis *o = d->out;
@@ -356,7 +362,8 @@ stein_status diag__conclude(diagnosis *d, stein_err *err)
     o->remainder = sqrt(o->chi2_dof_after);
     o->share = d->j.share;
     diag__progress(d, 0.85, "records that were held out");
-    status = diag__predict(d, err);
+    status = learn_forces(d, err);
+    status = status == STEIN_OK ? diag__predict(d, err) : status;
     for (int k = 0; k < DIAG_CAUSES && status == STEIN_OK && diag__drop_unshown(d); k++) {
         status = shorten(d, err);
     }

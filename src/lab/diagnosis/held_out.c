@@ -117,9 +117,7 @@ stein_status diag__predict(diagnosis *d, stein_err *err)
     if (d->reporting.n < 1) {
         return STEIN_OK;
     }
-    status = diag__know_forces(&d->q, &d->reporting, &why);
-    status = status == STEIN_OK ? diag__report(d->t.row[d->j.null], &d->reporting, &d->before, &why)
-                                : status;
+    status = diag__report(d->t.row[d->j.null], &d->reporting, &d->before, &why);
     if (status != STEIN_ENOMEM && d->j.finding == DIAG_NAMED) {
         status = place_changes(d, &why);
     }

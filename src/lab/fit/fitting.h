@@ -252,6 +252,7 @@ double fit__slope(const fit__unknown *u, double x);
 
 /** A stroke of p from its data. @return OK, EINVAL (no output to fit), ENOMEM */
 stein_status fit__take_stroke(fit__problem *p, int stroke, const lab_data *data, stein_err *err);
+/** Quantisation steps of an encoder that only some records show, in all that lie on them. */
 void fit__share_steps(fit__problem *p);
 
 /* ---- event_times.c ---- */

@@ -11,8 +11,8 @@
  *      G'G = V L V',     share of shape i of chi2/dof: L_i / samples
  *
  * and the shapes sum_k V_ki cos_k with the largest L become unknowns with the prior N(0, 1), until
- * the others add less than `negligible`. A mass integrates twice, so four to ten are enough. Noise
- * that adds less than `matters` in all is left out.
+ * the others add less than `negligible`. A mass integrates twice, so few are enough. Noise that
+ * adds less than `matters` in all is left out.
  *
  * The cosines reach up to twice the rate at which the channels swing: a resonance answers there. A
  * prescribed motion is smoothed as far as its noise allows (signal.c) and is left alone here.

@@ -377,7 +377,8 @@ static int find_pace(trial *a, const way *usual, way *best)
            fabs(log(best->factor)) > log(clear);
 }
 
-static int is_it(const way *w, const way *usual)
+/* does a way fit, and much better than the usual one? */
+static int explains(const way *w, const way *usual)
 {
     return w->score * much_better < usual->score && w->score < hopeless;
 }
@@ -395,14 +396,14 @@ static stein_status look(trial *a, fit__finding *list, int *n, stein_err *err)
     for (int c = 0; c < nch && status == STEIN_OK; c++) {
         int ways = ways_of(a, c, w);
         for (int k = 0; k < ways && status == STEIN_OK; k++) {
-            if (try_way(a, &w[k], &usual) && is_it(&w[k], &usual)) {
+            if (try_way(a, &w[k], &usual) && explains(&w[k], &usual)) {
                 status = add(a, list, n, &usual, &w[k], err);
             }
         }
     }
     for (int k = 0; k < 6 && status == STEIN_OK; k++) {
         w[0] = (way){.doubt = FIT__GRAVITY, .c = -1, .other = -1, .gravity = axis[k]};
-        if (try_way(a, &w[0], &usual) && is_it(&w[0], &usual)) {
+        if (try_way(a, &w[0], &usual) && explains(&w[0], &usual)) {
             status = add(a, list, n, &usual, &w[0], err);
         }
     }

@@ -64,8 +64,8 @@ static stay stay_of(const double *y, int n, int i, double step)
  * of them, would be taken for an effect. How often a reading is repeated is counted over the time
  * that the motion takes for it and its neighbours, n = samples / readings. Where a value lies
  * between two readings they alternate, each is half a step off, and none is repeated: counted by
- * themselves these errors, the largest ones, would weigh most, and chi2/dof of a true model would
- * be 2. @return sum of what they count as */
+ * themselves these errors, the largest ones, would weigh most, and a true model would leave more
+ * than noise. @return sum of what they count as */
 static double share_out(const double *y, int n, double step, double *share)
 {
     enum { KEPT = 4 }; // of alternating readings
@@ -89,7 +89,7 @@ static double share_out(const double *y, int n, double step, double *share)
     return all;
 }
 
-/* Do all samples of a channel lie on one lattice, and count in full? */
+/* Do all samples of a channel lie on one lattice, and count? */
 static int lies_on(const fit__stroke *s, int c, double step)
 {
     const double *y = s->y + c * s->n, *share = s->share + c * s->n;

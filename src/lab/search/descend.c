@@ -62,21 +62,29 @@ int diag__stride_of(const fit__problem *p)
     return least / CORRECTIONS > 1 ? least / CORRECTIONS : 1;
 }
 
+/* Sum of squares of a channel about its mean [noise^2], of the samples up to a time `until` of the
+ * simulation. @param n  out: as many as they count as */
+static double motion_of(const fit__stroke *t, int c, double until, double *n)
+{
+    double sum = 0.0, square = 0.0;
+    *n = 0.0;
+    for (int i = c * t->n; i < (c + 1) * t->n; i++) {
+        int counts = isfinite(t->y[i]) && fit__time_of(t, i % t->n) - t->origin <= until;
+        double y = counts ? t->y[i] / t->noise[c] : 0.0,
+               w = counts ? t->share[i] * t->share[i] : 0.0;
+        sum += w * y;
+        square += w * y * y;
+        *n += w;
+    }
+    return *n > 0.0 ? square - sum * sum / *n : 0.0;
+}
+
 double diag__relative(const fit__problem *p, const double *r)
 {
-    double motion = 0.0;
+    double motion = 0.0, n;
     for (int s = 0; s < p->nstroke; s++) {
-        const fit__stroke *t = &p->stroke[s];
-        for (int c = 0; c < t->nch; c++) {
-            double sum = 0.0, square = 0.0, n = 0.0;
-            for (int i = c * t->n; i < (c + 1) * t->n; i++) {
-                double y = isfinite(t->y[i]) ? t->y[i] / t->noise[c] : 0.0,
-                       w = t->share[i] * t->share[i];
-                sum += w * y;
-                square += w * y * y;
-                n += w;
-            }
-            motion += n > 0.0 ? square - sum * sum / n : 0.0;
+        for (int c = 0; c < p->stroke[s].nch; c++) {
+            motion += motion_of(&p->stroke[s], c, INFINITY, &n);
         }
     }
     return sqrt(fit__chi2(p, r) / fmax(motion, 1e-300));
@@ -152,23 +160,14 @@ static stein_status descend_free(fit__problem *p, fit__end *e, int known, stein_
     return fit__descend(p, e, known, enough, are_events(p) ? RENEWALS_EVENTS : RENEWALS_FAR, err);
 }
 
-/* the sum of squares over a horizon from which a fit has lost the records */
+/* the sum of squares over a horizon from which on a fit has lost the records */
 static double lost_from(const fit__problem *p, double until)
 {
-    double sum = 0.0;
+    double sum = 0.0, n;
     for (int s = 0; s < p->nstroke; s++) {
-        const fit__stroke *t = &p->stroke[s];
-        for (int c = 0; c < t->nch; c++) {
-            double n = 0.0, mean = 0.0, square = 0.0;
-            for (int i = c * t->n; i < (c + 1) * t->n; i++) {
-                int counts = isfinite(t->y[i]) && fit__time_of(t, i % t->n) - t->origin <= until;
-                double w = counts ? t->share[i] * t->share[i] : 0.0;
-                n += w;
-                mean += w > 0.0 ? w * t->y[i] : 0.0;
-                square += w > 0.0 ? w * t->y[i] * t->y[i] : 0.0;
-            }
-            double motion = square - mean * mean / fmax(n, 1e-300);
-            sum += fmax(hopeless * n, astray * astray * motion / (t->noise[c] * t->noise[c]));
+        for (int c = 0; c < p->stroke[s].nch; c++) {
+            double motion = motion_of(&p->stroke[s], c, until, &n);
+            sum += fmax(hopeless * n, astray * astray * motion);
         }
     }
     return fmax(1.0, sum);
@@ -176,11 +175,11 @@ static double lost_from(const fit__problem *p, double until)
 
 /* All numbers over a horizon that grows from the start windows to the whole records: a swing whose
  * frequency is off by one in a hundred has lost its phase after fifty.
- * @param lost  NULL: to the end; else out: the horizon over which the fit ended far off, where it
- *              stops; INFINITY: it did not */
-static stein_status descend_growing(fit__problem *p, fit__end *e, double *lost, stein_err *err)
+ * @param reach  NULL: to the end; else out: the last horizon over which the fit did not end far
+ * off, where it stops, 0: none; INFINITY: it did so over none */
+static stein_status descend_growing(fit__problem *p, fit__end *e, double *reach, stein_err *err)
 {
-    double whole = 0.0, until = 0.0;
+    double whole = 0.0, until = 0.0, last = 0.0;
     stein_status status = STEIN_OK;
     int near = 1;
     for (int s = 0; s < p->nstroke; s++) {
@@ -194,10 +193,11 @@ static stein_status descend_growing(fit__problem *p, fit__end *e, double *lost, 
         stein_err why;
         p->horizon = until;
         status = fit__descend(p, e, 0, enough, RENEWALS_HELD, &why);
-        if (lost != NULL) {
+        if (reach != NULL) {
             near = status == STEIN_OK && e->objective < lost_from(p, until);
-            *lost = near ? (double)INFINITY : until;
+            *reach = near ? (double)INFINITY : last;
         }
+        last = until;
         status = fit__forgive(status, err);
     }
     diag__hold_scatter(p, 0);

@@ -97,14 +97,14 @@ static void reweigh(diag__row *row, double factor)
     }
 }
 
-/* the fit once more with what it leaves as its noise, until that stays; no more than once where it
- * leaves far more than another hypothesis */
-static stein_status settle_noise(const diag__problem *q, diag__row *row, int lost, fit__end *e,
+/* The fit once more with what it leaves as its noise, until that stays. Where it leaves far more
+ * than another hypothesis, it only gets that noise. */
+static stein_status settle_noise(const diag__problem *q, diag__row *row, int loses, fit__end *e,
                                  stein_err *err)
 {
     for (int k = 0; k < NOISES; k++) {
         double factor = take_noise(q, row, e->r);
-        if (lost || fabs(factor - 1.0) < same_noise) {
+        if (loses || fabs(factor - 1.0) < same_noise) {
             reweigh(row, factor);
             return STEIN_OK;
         }
@@ -121,7 +121,7 @@ static int is_beaten(const diag__problem *q, const diag__table *t, const diag__r
 {
     const diag__row *best = diag__incumbent(q, t);
     double left = fit__chi2_dof(&row->p, row->r) * row->scale * row->scale;
-    return best != NULL && diag__leaves_noise(best) && left > beaten * best->chi2_dof;
+    return best != NULL && diag__leaves_noise(q, best) && left > beaten * best->chi2_dof;
 }
 
 /* derivatives to begin with, those of the parent and those of new causes. @return are they there?
@@ -156,9 +156,9 @@ static stein_status fit_row(const diag__problem *q, const diag__table *t, diag__
         from = DIAG_KNOWN;
     }
     status = status == STEIN_ENOMEM ? status : diag__descend(p, &e, from, err);
-    int lost = status == STEIN_OK && row->h.n > 0 && is_beaten(q, t, row);
-    status = status == STEIN_OK && !lost ? diag__recover(p, &e, row->scale, err) : status;
-    status = status == STEIN_OK && q->scale_free ? settle_noise(q, row, lost, &e, err) : status;
+    int loses = status == STEIN_OK && row->h.n > 0 && is_beaten(q, t, row);
+    status = status == STEIN_OK && !loses ? diag__recover(p, &e, row->scale, err) : status;
+    status = status == STEIN_OK && q->scale_free ? settle_noise(q, row, loses, &e, err) : status;
     row->converged = e.ended;
     return status == STEIN_OK && !e.current ? fit__sensitivities(p, row->x, row->r, row->J, err)
                                             : status;
@@ -208,7 +208,6 @@ stein_status diag__evaluate(diag__problem *q, diag__table *t, const diag__propos
     row->rough = from->rough || (from->parent >= 0 && t->row[from->parent]->rough);
     row->objective = row->chi2_dof = row->relative = INFINITY;
     row->scale = row->memory = 1.0;
-    row->input_noise = q->input_noise;
     row->within = INFINITY;
     row->in = diag__mechanism_of(q, &row->h, err);
     if (row->in == NULL) {

@@ -49,7 +49,9 @@ int diag__is_thinkable(const diag__problem *q, const diag__proposal *p)
 static int by_expected(const void *a, const void *b)
 {
     const diag__ranked *x = a, *y = b;
-    return x->expected < y->expected ? -1 : x->expected > y->expected;
+    int order = (x->expected > y->expected) - (x->expected < y->expected);
+    order = order != 0 ? order : (x->b > y->b) - (x->b < y->b);
+    return order != 0 ? order : (x->a > y->a) - (x->a < y->a);
 }
 
 void diag__rank(diag__ranked *list, int n)

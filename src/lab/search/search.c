@@ -41,6 +41,7 @@ static const double twice = 2.0;      /* the share of inputs is known to a facto
 static const double matters = 0.5;    /* such a share: the noise is no longer as stated */
 const double diag__convincing = 9.2;  /* of -2 ln L: odds of 1 to 100 */
 static const double rounding = 12.0;  /* of -2 ln L that linear predictions miss near the end */
+const double diag__unended = 50.0;    /* of -2 ln L that a fit may end above its minimum */
 const double diag__least_gain = 25.0; /* of -2 ln L: a cause is named from there on */
 static const double worth = 12.0;     /* the same of what is predicted: worth a fit */
 static const double tiny = 1e-6;      /* variance of noise, in the stated one */
@@ -54,16 +55,16 @@ double diag__most_noise(const diag__problem *q, const fit__problem *p)
 }
 
 /* is what a row leaves as small as noise, with what noise of measured forces adds? */
-static int is_small(const diag__row *row)
+static int is_small(const diag__problem *q, const diag__row *row)
 {
     double sd = sqrt(2.0 / fmax(1.0, row->p.samples - row->p.nu));
     double most = fit__noise_given(&row->p) ? 1.0 + by_chance * sd : guessed;
-    return row->chi2_dof <= most + twice * row->input_noise;
+    return row->chi2_dof <= most + twice * q->input_noise;
 }
 
-int diag__leaves_noise(const diag__row *row)
+int diag__leaves_noise(const diag__problem *q, const diag__row *row)
 {
-    return is_small(row) && !diag__scatters_most(row->D); // records differ no more than friction
+    return is_small(q, row) && !diag__scatters_most(row->D); // records differ no more than friction
 }
 
 diag__row *diag__incumbent(const diag__problem *q, const diag__table *t)
@@ -115,7 +116,7 @@ static diag__row *next_row(const diag__problem *q, const diag__table *t, int *lo
         int how = diag__is_possible(q, row) ? next_look(t, row) : 0;
         int gains = q->scale_free && row->objective < best->objective - diag__convincing;
         int more = row->h.n > best->h.n && !gains;
-        if (how == 0 || more || (diag__leaves_noise(best) && row != best)) {
+        if (how == 0 || more || (diag__leaves_noise(q, best) && row != best)) {
             continue;
         }
         if (next == NULL || row->objective < next->objective) {
@@ -224,7 +225,7 @@ static int is_worth(const diag__problem *q, const diag__table *t, const diag__li
 {
     const diag__row *best = diag__incumbent(q, t), *had = diag__find(t, &p->h);
     int again = p->source == 'R';
-    if (again && (l->row->source == 'R' || is_small(l->row))) {
+    if (again && (l->row->source == 'R' || is_small(q, l->row))) {
         return 0; // its fit has ended where nothing is left, or is another start already
     }
     if (again ? diag__tries(t, &p->h, 'R', p->parent) > 0 : diag__tries(t, &p->h, 0, -1) >= TRIES) {
@@ -232,11 +233,12 @@ static int is_worth(const diag__problem *q, const diag__table *t, const diag__li
     }
     // look-alikes: where the best row is no answer yet, or the noise that would tell is unknown
     if (p->source == 'L') {
-        int other = had == NULL || (had->source == 'L' && has_start(p) && !diag__leaves_noise(had));
-        return other && l->row == best && (q->scale_free || !is_small(best));
+        int other =
+            had == NULL || (had->source == 'L' && has_start(p) && !diag__leaves_noise(q, had));
+        return other && l->row == best && (q->scale_free || !is_small(q, best));
     }
     if (had != NULL && p->source != 'R' && !(p->expected < had->objective - rounding) &&
-        (diag__leaves_noise(had) || had->source == p->source || l->gain == 0.0)) {
+        (diag__leaves_noise(q, had) || had->source == p->source || l->gain == 0.0)) {
         return 0; // unless a better end of its fit is expected
     }
     if (drops_scoped(q, l->row, &p->h)) {
@@ -250,7 +252,7 @@ static int is_worth(const diag__problem *q, const diag__table *t, const diag__li
     }
     // a cause more has to gain; where noise is estimated from a few independent samples, a linear
     // model promises less than the ratio of what is left
-    if (p->h.n > best->h.n && (!q->scale_free || diag__leaves_noise(best))) {
+    if (p->h.n > best->h.n && (!q->scale_free || diag__leaves_noise(q, best))) {
         return p->expected < best->objective - worth;
     }
     return p->expected < best->objective + diag__convincing + rounding;
@@ -270,7 +272,7 @@ static stein_status expand(diag__problem *q, diag__table *t, diag__row *row, int
     row->expanded |= look;
     stein_status status = diag__linearise(q, row, gain, records, &l, &why);
     int n = status == STEIN_OK ? collect(q, t, &l, list) : 0, tried = 0;
-    int most = diag__leaves_noise(row) ? TRIED_NEAR : TRIED_FAR, found = 0, broken = 0;
+    int most = diag__leaves_noise(q, row) ? TRIED_NEAR : TRIED_FAR, found = 0, broken = 0;
     for (int i = 0; i < n && !found && status == STEIN_OK && !diag__is_spent(q); i++) {
         diag__row *one = NULL;
         int twin = list[i].source == 'L'; // before more causes are asked for
@@ -282,8 +284,8 @@ static stein_status expand(diag__problem *q, diag__table *t, diag__row *row, int
             one->objective <= diag__incumbent(q, t)->objective) { // also of no possible sign
             status = diag__drop_idle(q, t, one, err);
         }
-        found = !diag__leaves_noise(row) && one != NULL && diag__is_possible(q, one) &&
-                diag__leaves_noise(one);
+        found = !diag__leaves_noise(q, row) && one != NULL && diag__is_possible(q, one) &&
+                diag__leaves_noise(q, one);
         if (one != NULL && !twin) { // as long as fits keep what the linear model promises
             int far_behind = one->objective > diag__incumbent(q, t)->objective + diag__least_gain;
             broken = far_behind ? broken + 1 : 0;
@@ -394,8 +396,8 @@ static stein_status with_settings(diag__problem *q, diag__table *t, stein_err *e
         return STEIN_OK;
     }
     // settings that are off in every record by another amount are not explained by few causes
-    int told = best->h.n > 0 && MANY * best->h.n <= best->p.nstroke && diag__leaves_noise(best) &&
-               null != NULL && null->chi2_dof > noise_like;
+    int told = best->h.n > 0 && MANY * best->h.n <= best->p.nstroke &&
+               diag__leaves_noise(q, best) && null != NULL && null->chi2_dof > noise_like;
     stein_status status = null != NULL && !told ? loosen(q, t, null, err) : STEIN_OK;
     status = status == STEIN_OK && best->h.n > 0 ? loosen(q, t, best, err) : status;
     return status == STEIN_OK && diag__incumbent(q, t)->rough ? expand_all(q, t, err) : status;

@@ -113,12 +113,11 @@ typedef struct diag__row {
     double scale; /* of the noise in p beside that of file or audit, > 1 where it is estimated with
                    * the fit */
     double price; /* of causes whose record was chosen */
-    double objective;   /* -2 ln marginal likelihood (Laplace), and the price */
-    double rest;        /* what of it are priors, volumes and the price */
-    double chi2_dof;    /* in noise of file or audit */
-    double memory;      /* samples that the residual is alike over */
-    double input_noise; /* of the problem, as it was known then */
-    double relative;    /* RMS residual in that of the motion */
+    double objective; /* -2 ln marginal likelihood (Laplace), and the price */
+    double rest;      /* what of it are priors, volumes and the price */
+    double chi2_dof;  /* in noise of file or audit */
+    double memory;    /* samples that the residual is alike over */
+    double relative;  /* RMS residual in that of the motion */
     int converged;
     char *failed; /* why it has no numbers; NULL: it has */
     char source;  /* letter of the proposer */
@@ -278,8 +277,8 @@ stein_status diag__try_each(diag__problem *q, diag__table *t, stein_err *err);
 typedef enum { DIAG_FREE, DIAG_KNOWN, DIAG_HELD, DIAG_IF_FAR } diag__start;
 /** A fit from x; its end is without an observer. @return OK, or a failure of the simulation */
 stein_status diag__descend(fit__problem *p, fit__end *e, diag__start from, stein_err *err);
-/** How far a fit over growing horizons follows the records: the first one over which it ends far
- *  off; INFINITY: it does to their end. */
+/** How far a fit over growing horizons follows the records [s]: the last one over which it does not
+ *  end far off, 0: none; INFINITY: all of them. */
 stein_status diag__follows(fit__problem *p, fit__end *e, double *until, stein_err *err);
 /** What scatters from record to record stays as it is, or moves. While an observer holds, it would
  *  cost half of the derivatives and explain little. */
@@ -305,7 +304,7 @@ stein_status diag__evaluate(diag__problem *q, diag__table *t, const diag__propos
                             diag__row **out, stein_err *err);
 /** Noise of the records in p times a factor. */
 void diag__scale_noise(fit__problem *p, double factor);
-/** How far a hypothesis follows the records [s], from the numbers of the file; 0: it fails. */
+/** The same of a hypothesis, from the numbers of the file; 0, too, where it cannot be simulated. */
 stein_status diag__reach(diag__problem *q, const diag__proposal *from, double *until,
                          stein_err *err);
 /** A row to the end of its fit, with central differences and fine steps where it is to come near.
@@ -387,8 +386,9 @@ diag__row *diag__incumbent(const diag__problem *q, const diag__table *t);
 /** Gain of the observer with which a row is linearised first; 0: it is near enough without. */
 double diag__observer_gain(const diag__row *row);
 extern const double diag__least_gain; /* of -2 ln L, to name a cause */
+extern const double diag__unended;    /* the same that a search's fit may end above its minimum */
 extern const double diag__convincing; /* of -2 ln L, odds of 1 to 100 */
-int diag__leaves_noise(const diag__row *row);
+int diag__leaves_noise(const diag__problem *q, const diag__row *row);
 /** Largest chi2/dof of noise: stated noise is known better than estimated noise. */
 double diag__most_noise(const diag__problem *q, const fit__problem *p);
 

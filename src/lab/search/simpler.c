@@ -14,7 +14,6 @@ enum { TRIES = 3 };                  /* fits of one hypothesis because a better 
 static const double near = 25.0;     /* chi2/dof: a fit that ended further off may have been lost */
 static const double nearer = 0.25;   /* share of the null's chi2/dof: so it has */
 static const double rounding = 12.0; /* of -2 ln L that linear predictions miss near the end */
-static const double unended = 50.0;  /* the same that a fit may end above its minimum */
 static const double shorter = 0.1;   /* of an amount, where a fit begins anew */
 static const double idle = 1.96;     /* sd: an amount that may be 0 */
 
@@ -35,7 +34,7 @@ static int is_behind(const diag__problem *q, const diag__row *row, const diag__r
 {
     int more = row->h.n > parent->h.n && diag__contains(&row->h, &parent->h);
     return more && !parent->superseded && row->rough == parent->rough && row->failed == NULL &&
-           !q->scale_free && row->objective > parent->objective + unended;
+           !q->scale_free && row->objective > parent->objective + diag__unended;
 }
 
 /* the same from smaller amounts of the new causes: the linear model has promised too much */
@@ -46,7 +45,8 @@ static void shorten(diag__proposal *p, const diag__row *parent)
     }
 }
 
-/* fits a proposal, and tells the trace */
+/* Fits a proposal, from smaller amounts again where it ends above its parent, and writes the trace.
+ * @param one  out: the best of its rows */
 stein_status diag__try(diag__problem *q, diag__table *t, const diag__proposal *p, diag__row **one,
                        stein_err *err)
 {
@@ -57,16 +57,17 @@ stein_status diag__try(diag__problem *q, diag__table *t, const diag__proposal *p
     for (int k = 0; k < STARTS && status == STEIN_OK; k++) {
         diag__row *row = NULL;
         status = diag__evaluate(q, t, &from, &row, err);
-        if (row != NULL && q->trace != NULL) {
+        if (row == NULL) {
+            break;
+        }
+        row->shorter = k > 0;
+        if (q->trace != NULL) {
             diag__trace_row(q->trace, q, t, row);
         }
-        if (row != NULL) {
-            row->shorter = k > 0;
-        }
-        if (row != NULL && (*one == NULL || row->objective < (*one)->objective)) {
+        if (*one == NULL || row->objective < (*one)->objective) {
             *one = row;
         }
-        if (row == NULL || parent == NULL || diag__is_spent(q) || !is_behind(q, row, parent)) {
+        if (parent == NULL || diag__is_spent(q) || !is_behind(q, row, parent)) {
             break;
         }
         shorten(&from, parent);
@@ -117,7 +118,7 @@ stein_status diag__everywhere(diag__problem *q, diag__table *t, const diag__row 
                               stein_err *err)
 {
     stein_status status = STEIN_OK;
-    int open = row == diag__incumbent(q, t) && !diag__leaves_noise(row);
+    int open = row == diag__incumbent(q, t) && !diag__leaves_noise(q, row);
     for (int i = 0; i < row->h.n && status == STEIN_OK && open; i++) {
         const lab_candidate c = diag__candidate(q, row->h.cause[i]);
         diag__proposal p = simpler(q, t, row, i, 'X');

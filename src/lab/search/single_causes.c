@@ -23,7 +23,7 @@ static const double far = 50.0;        /* chi2/dof, and */
 static const double astray = 0.05;     /* residual in the motion: no fit has found the records */
 
 /* has a fit ended far from the records? */
-static int is_lost(const diag__row *row)
+static int is_far_off(const diag__row *row)
 {
     return row == NULL || (row->chi2_dof > far && row->relative > astray);
 }
@@ -43,11 +43,10 @@ static int single(const diag__problem *q, const diag__linear *l, int a, diag__pr
     return 1;
 }
 
-/* the causes that follow the records furthest first. @param n  MOST or less */
+/* the causes that follow the records furthest first, equal ones in their order */
 static stein_status rank_by_reach(diag__problem *q, const diag__linear *l, diag__ranked *list,
                                   int n, stein_err *err)
 {
-    double reach[MOST] = {0.0};
     stein_status status = STEIN_OK;
     for (int i = 0; i < n && status == STEIN_OK && !diag__is_spent(q); i++) {
         diag__proposal p;
@@ -55,19 +54,10 @@ static stein_status rank_by_reach(diag__problem *q, const diag__linear *l, diag_
         single(q, l, list[i].a, &p);
         p.rough = l->row->rough;
         status = diag__reach(q, &p, &until, err);
-        reach[i] = until;
+        list[i].expected = -until;
+        list[i].b = i;
     }
-    // causes come in the order of what is expected of them, which decides where reaches are equal
-    for (int i = 1; i < n; i++) {
-        for (int k = i; k > 0 && reach[k] > reach[k - 1]; k--) {
-            diag__ranked one = list[k];
-            double until = reach[k];
-            list[k] = list[k - 1];
-            reach[k] = reach[k - 1];
-            list[k - 1] = one;
-            reach[k - 1] = until;
-        }
-    }
+    diag__rank(list, n);
     return status;
 }
 
@@ -76,7 +66,7 @@ static stein_status try_columns(diag__problem *q, diag__table *t, const diag__li
 {
     diag__ranked list[DIAG_COLUMNS];
     diag__proposal p;
-    int n = 0, found = 0, anew = is_lost(diag__incumbent(q, t));
+    int n = 0, found = 0, anew = is_far_off(diag__incumbent(q, t));
     long most = 2 * q->strokes;
     for (int a = 0; a < l->n && n < DIAG_COLUMNS; a++) {
         if (single(q, l, a, &p) && (anew || diag__find(t, &p.h) == NULL)) {
@@ -101,7 +91,7 @@ static stein_status try_columns(diag__problem *q, diag__table *t, const diag__li
             status = diag__try(q, t, &p, &one, err);
         }
         found = one != NULL && diag__is_possible(q, one) &&
-                (anew ? !is_lost(one) : diag__leaves_noise(one));
+                (anew ? !is_far_off(one) : diag__leaves_noise(q, one));
     }
     return status;
 }
@@ -111,8 +101,8 @@ stein_status diag__try_each(diag__problem *q, diag__table *t, stein_err *err)
     const diag__row *null = diag__best(q, t, 0), *best = diag__incumbent(q, t);
     diag__linear l;
     stein_err why = {STEIN_OK, ""};
-    int found = null == NULL || diag__leaves_noise(best) ||
-                (best->h.n > 0 && !is_lost(best) &&
+    int found = null == NULL || diag__leaves_noise(q, best) ||
+                (best->h.n > 0 && !is_far_off(best) &&
                  best->chi2_dof - 1.0 < unexplained * (null->chi2_dof - 1.0));
     if (found || diag__is_spent(q)) {
         return STEIN_OK;

@@ -92,7 +92,8 @@ int diag__thinkable(const lab_candidate *c, double amount)
 
 int diag__amount_is_possible(const diag__problem *q, const diag__row *row, int i)
 {
-    double sd, amount = diag__amount(row, i, &sd), times = diag__leaves_noise(row) ? beyond : 1.0;
+    double sd, amount = diag__amount(row, i, &sd),
+               times = diag__leaves_noise(q, row) ? beyond : 1.0;
     return diag__thinkable(diag__base(q, row->h.cause[i]), amount / times);
 }
 

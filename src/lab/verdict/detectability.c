@@ -89,7 +89,7 @@ lab_power diag__power(const diag__problem *q, const diag__linear *l, int k)
     double detectable = diag__detectable(info), a = score / info,
            toward = lab_candidate_is_signed(c) ? fabs(a) : a;
     int hides = detectable > 1.0, points = toward >= points_to * sd,
-        noise = diag__leaves_noise(l->row);
+        noise = diag__leaves_noise(q, l->row);
     return (lab_power){.presence = points || hides || !noise ? LAB_WEAK : LAB_ABSENT,
                        .amount = a * c->limit,
                        .sd = sd * c->limit,
