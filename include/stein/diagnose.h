@@ -479,6 +479,7 @@ typedef struct lab_diagnosis {
     double seconds;
     lab_model **kept; /* mechanisms with parts, which own names and units */
     int nkept;
+    lab_dataset *pieces; /* of long records that were cut, which own their names; NULL: none */
 } lab_diagnosis;
 
 /** How to diagnose. Start from lab_diagnose_def_default(). */

@@ -267,7 +267,7 @@ stein_status lab_diagnose(lab_diagnosis **out, const char *file, const lab_model
     diag__reported_free(&d.after);
     diag__table_free(&d.t);
     diag__problem_close(&d.q);
-    lab_dataset_close(d.windows);
+    d.out->pieces = d.windows;
     free(d.record_of);
     free(d.fitted.stroke);
     free(d.reporting.stroke);

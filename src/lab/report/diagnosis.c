@@ -81,5 +81,6 @@ void lab_diagnosis_destroy(lab_diagnosis *d)
         lab_close(d->kept[i]);
     }
     free(d->kept);
+    lab_dataset_close(d->pieces);
     free(d);
 }
