@@ -56,15 +56,15 @@ typedef struct lab_fit_def {
     double drive_scatter;                  /* of its load or inputs; default 0.3 % */
     const struct lab_force_errors *force_errors; /* what the noise of measured forces does to
                                                     records; NULL (default): they are exact */
-    int settings; /* settings of strokes are uncertain by their last digit or a percent: 1 all,
-                   * LAB_SETTINGS_STARTS those of initial states; default 0: they are exact */
-    int starts;   /* searches from different places; default 3 */
-    int robust;   /* 1: bisquare weights against single bad frames */
-    int ladder;   /* 0: no innovation ladder (for comparisons); default 1 */
-    int iterations;      /* at most so many in one search; default 40 */
-    int threads;         /* results do not depend on it */
-    int lanes;           /* strokes side by side on each thread: 8, 4, 2 if the processor has so
-                            many, or 1; 0 (default): the most; results do not depend on it */
+    int settings;   /* settings of strokes are uncertain by their last digit or a percent: 1 all,
+                     * LAB_SETTINGS_STARTS those of initial states; default 0: they are exact */
+    int starts;     /* searches from different places; default 3 */
+    int robust;     /* 1: bisquare weights against single bad frames */
+    int ladder;     /* 0: no innovation ladder (for comparisons); default 1 */
+    int iterations; /* at most so many in one search; default 40 */
+    int threads;    /* results do not depend on it */
+    int lanes;      /* strokes side by side on each thread: 8, 4, 2 if the processor has so
+                       many, or 1; 0 (default): the most; results do not depend on it */
     const char *journal; /* state of the search, to go on after an interruption; may be NULL */
     lab_fit_progress_fn *progress;
     lab_report_fn *report; /* doubts; may be NULL */

@@ -21,7 +21,8 @@
  *   8  Explained is what leaves noise.
  *   9  A cause that acts in one record alone is named only if Student's t with n - 2 degrees of
  *      freedom, over all n records, is beyond doubt.
- *  10  Of a clock and a number of the file without a tolerance that do as well, the number is named.
+ *  10  Of a clock and a number of the file without a tolerance that do as well, the number is
+ * named.
  *
  * Reasons of the thresholds: docs/diagnosis.md.
  */

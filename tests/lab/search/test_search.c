@@ -412,7 +412,7 @@ START_TEST(an_effect_of_a_hundred_noises_is_found)
     const char *const truth[] = {g->truth, NULL};
     fitted f;
     lab_diagnosis *d = diagnose(&f, pendulum, truth, 3100);
-    ck_assert_double_gt(d->chi2_dof_before, 1e4);
+    ck_assert_double_gt(d->chi2_dof_before, 1e3);
     ck_assert_double_lt(d->chi2_dof_after, 1.1);
     ck_assert_int_eq(d->verdict, LAB_VERDICT_MISSING_EFFECT);
     ck_assert_int_eq(d->ncause, 1);
