@@ -141,6 +141,11 @@ typedef struct stein_step_counts {
  *  batch have them with STEIN_IMPLICIT only.
  */
 void stein_steps_taken(const stein_sim *sim, stein_step_counts *counts);
+/** How often the motion has passed a singular position of its loops since the simulation was
+ *  created, where more ways to move meet. It carries on along its own way, with the same speeds.
+ *  Where it comes to rest or turns round there, no way is its own and round-off selects one.
+ *  @param last  nullable; out: the time of the last one [s], NAN: there was none */
+long long stein_singular_passes(const stein_sim *sim, double *last);
 /** Tolerance of a step's error estimate with STEIN_CONTROLLED or STEIN_IMPLICIT, as in stein_pace
  * [rad or m]. Bodies that turn in all directions get a tenth of it, as the errors of every turn
  * add up; STEIN_TOLERANCE until it is set: an elastic ball that bounces 66 times on a contact
