@@ -245,8 +245,9 @@ int stein_touches(const stein_sim *sim, int contact);
 /** Sliding of a contact in the present state, where its friction is smooth: of its places the
  * largest speed [m/s], and that over the turning speed vt of its law. Well below 1 friction is less
  * than its level, so dry friction would hold what here creeps.
- *  @return 1; 0: no place of it presses with friction that is smooth, or there is no such contact,
- *  and both are 0 */
+ *  @return 1; 0: no place of it presses with friction that is smooth, or no force across could
+ * change its sliding since what meets there follows signals, or there is no such contact; both are
+ * 0 */
 int stein_slides(stein_sim *sim, int contact, double *speed, double *slip);
 /** Phase of a notch now: 0 none, 1 beak's end on the roof, 2 face on the roof, 3 face on the
  * corner, 4 beak's end on the vertical face. -1 for an index out of range. */
