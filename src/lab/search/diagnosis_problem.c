@@ -86,11 +86,9 @@ static double by_ruler(const stein_model *m, const stein_param *q)
     static const struct {
         const char *unit;
         double share, least;
-    } by[] = {{"m", 0.003, 2e-4},
-              {"kg", 0.005, 0.0},
-              {"kg m^2", 0.02, 0.0},
-              {"N/m", 0.02, 0.0},
-              {"N m/rad", 0.02, 0.0}};
+    } by[] = {
+        {"m", 0.003, 2e-4},     {"kg", 0.005, 0.0}, {"kg m^2", 0.02, 0.0}, {"N/m", 0.02, 0.0},
+        {"N m/rad", 0.02, 0.0}, {"Hz", 0.01, 0.0}}; // of a pendulum test: its swings are counted
     static const char *const other[] = {".initial.", ".sensor.",   "load.",      "gravity.",
                                         "clock.",    ".vt",        ".coulomb.w", ".facing",
                                         ".extent",   ".direction."};
@@ -247,6 +245,7 @@ static stein_status open_null(diag__problem *q, stein_err *err)
     q->fit_def.stop = q->def->stop;
     q->fit_def.ctx = q->def->ctx;
     q->fit_def.scatter = LAB_SCATTER_PLACES;
+    q->fit_def.settings = LAB_SETTINGS_STARTS; // nobody lets go to the digit of an encoder
     stein_status status = state_bands(q, err);
     status = status == STEIN_OK ? diag__problem_null(q, err) : status;
     status = status == STEIN_OK ? choose_bands(q, err) : status;
