@@ -143,7 +143,8 @@ static stein_status take_means(stein_sim *sim, double t, stein_err *err)
 {
     static const double weight[] = {0.75, -0.3, 0.05}; // exact for polynomials up to order 5
     const stein__loops *l = &sim->loop;
-    int n = sim->model->nq, inside = sim->inside;
+    int n = sim->model->nq;
+    const place_in_step inside = sim->inside;
     double *mean = l->mean, *about = mean + 3 * n, *qdd = mean + 5 * n;
     stein_status status = STEIN_OK;
     memset(mean, 0, sizeof *mean * 3 * (size_t)n);
