@@ -177,6 +177,7 @@ stein_status stein__pace_next(stein_sim *sim, const stein_pace *pace, stein__pac
     p->wanted = fmin(pace->h, pace->longest);
     int last = p->wanted >= left * (1.0 - 1e-9);
     p->whole = last ? left : fmin(p->wanted, 0.5 * left); // no crumb before t_end
+    stein__singular_look(sim, p->whole);
     p->h = p->whole;
     p->to = last ? p->t_end : p->t + p->h;
     p->middle = p->h > 0.5 * pace->longest;
