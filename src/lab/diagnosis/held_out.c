@@ -181,7 +181,10 @@ int diag__drop_unshown(diagnosis *d)
             continue;
         }
         const diag__row *row = row_without(&d->t, best, &s->candidate);
-        if (row != NULL && diag__is_possible(&d->q, row)) {
+        // few reporting records may not show what the fitted ones do not do without
+        int required = row != NULL && !more && row->chi2_dof > d->setting.most_noise;
+        int contradicted = s->own_lo > 1.0;
+        if (row != NULL && diag__is_possible(&d->q, row) && (contradicted || !required)) {
             d->j.best = diag__index(&d->t, row);
             d->j.nrival = 0;
             return 1;

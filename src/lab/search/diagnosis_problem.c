@@ -86,11 +86,9 @@ static double by_ruler(const stein_model *m, const stein_param *q)
     static const struct {
         const char *unit;
         double share, least;
-    } by[] = {{"m", 0.003, 2e-4},
-              {"kg", 0.005, 0.0},
-              {"kg m^2", 0.02, 0.0},
-              {"N/m", 0.02, 0.0},
-              {"N m/rad", 0.02, 0.0}};
+    } by[] = {
+        {"m", 0.003, 2e-4},     {"kg", 0.005, 0.0}, {"kg m^2", 0.02, 0.0}, {"N/m", 0.02, 0.0},
+        {"N m/rad", 0.02, 0.0}, {"Hz", 0.01, 0.0}}; // of a pendulum test: its swings are counted
     static const char *const other[] = {".initial.", ".sensor.",   "load.",      "gravity.",
                                         "clock.",    ".vt",        ".coulomb.w", ".facing",
                                         ".extent",   ".direction."};
@@ -107,6 +105,12 @@ static double by_ruler(const stein_model *m, const stein_param *q)
         }
     }
     return 0.0;
+}
+
+/* Is it weighed or timed, as no drawing gives it: an inertia, a spring, a pendulum test? */
+static int is_weighed(const stein_model *m, const stein_param *q)
+{
+    return strcmp(q->unit, "m") != 0 && !is_law(m, q);
 }
 
 static int states_any(const stein_model *m)
@@ -137,7 +141,8 @@ int diag__has_tolerance(const diag__problem *q, int param)
 
 /* Every number with a tolerance that not every record sets, and what the caller wants free;
  * fit__problem_make names one that is unknown. A file that states no tolerance at all is not exact
- * to the last digit: what is measured with a ruler or a scale gets that tolerance. */
+ * to the last digit: what is measured with a ruler or a scale gets that tolerance. Where it states
+ * some, the places of a drawing without one are taken as exact, but nothing that is weighed is. */
 static stein_status choose_names(diag__problem *q, stein_err *err)
 {
     const stein_model *m = lab_equations(q->model);
@@ -150,7 +155,7 @@ static stein_status choose_names(diag__problem *q, stein_err *err)
         return lab__no_memory(err);
     }
     for (int i = 0; i < m->np; i++) {
-        double sd = rough ? by_ruler(m, &m->params[i]) : 0.0;
+        double sd = rough || is_weighed(m, &m->params[i]) ? by_ruler(m, &m->params[i]) : 0.0;
         int stated = m->params[i].tolerance > 0.0;
         if ((stated || sd > 0.0) && !fit__always_set(q->fitted, i)) {
             q->assumed += !stated;

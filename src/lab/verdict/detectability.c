@@ -14,6 +14,9 @@
  *                 stay undetected
  *   absent        the rest: it would have been named at its limit, and nothing points to it
  *
+ * Where noise is left, what is weak with z >= 3 may act beside the causes. Their amounts would then
+ * be others, and their intervals contain those, too (results.c).
+ *
  * (Saris & Satorra 1987.) The linear model is valid where the best row leaves noise; elsewhere
  * no candidate is called absent.
  */
@@ -23,7 +26,7 @@
 #include "verdict.h"
 
 enum { OWN = DIAG_CAUSES };
-static const double sure = 1.645, points_to = 2.0;
+static const double sure = 1.645, points_to = 2.0, may_act = 3.0;
 
 const char *lab_presence_text(lab_presence presence)
 {
@@ -76,26 +79,29 @@ lab_power diag__power(const diag__problem *q, const diag__linear *l, int k)
     project(l, k, &info, &score);
     double sd = info > 1e-9 * raw ? 1.0 / sqrt(info) : INFINITY;
     if (!(sure * sd < 1.0)) {
-        return (lab_power){LAB_NOT_TESTABLE,
-                           NAN,
-                           NAN,
-                           NAN,
-                           NAN,
-                           sure / sqrt(raw) < 1.0
-                               ? "what it changes, other numbers, the causes or the records' own "
-                                 "change too"
-                               : "too little of it shows in these records"};
+        return (lab_power){.presence = LAB_NOT_TESTABLE,
+                           .amount = NAN,
+                           .sd = NAN,
+                           .detectable = NAN,
+                           .upper = NAN,
+                           .because = sure / sqrt(raw) < 1.0
+                                          ? "what it changes, other numbers, the causes or the "
+                                            "records' own change too"
+                                          : "too little of it shows in these records"};
     }
     double detectable = diag__detectable(info), a = score / info,
            toward = lab_candidate_is_signed(c) ? fabs(a) : a;
     int hides = detectable > 1.0, points = toward >= points_to * sd,
-        noise = diag__leaves_noise(q, l->row);
+        noise = diag__leaves_noise(q, l->row),
+        beside = noise && l->own > 0 && toward >= may_act * sd;
     return (lab_power){.presence = points || hides || !noise ? LAB_WEAK : LAB_ABSENT,
                        .amount = a * c->limit,
                        .sd = sd * c->limit,
                        .detectable = detectable * c->limit,
                        .upper = (fmax(toward, 0.0) + sure * sd) * c->limit,
-                       .because = points   ? "something points to it"
+                       .beside = beside,
+                       .because = beside   ? "it may act beside the causes"
+                                  : points ? "something points to it"
                                   : hides  ? "a plausible amount of it may hide"
                                   : !noise ? "more than noise is left, which may hide it"
                                            : "it would have been named at its limit"};

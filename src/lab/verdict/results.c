@@ -135,21 +135,53 @@ static int place_in(const diag__row *row, int k)
     return i;
 }
 
+/* The interval of a cause contains what its amount would be beside a candidate of column c, too:
+ *
+ *      a' = a + da,   sd'^2 = sd^2 + (da/a_c)^2 sd_c^2,   da as the linear model has it
+ */
+static void allow_for(const diag__problem *q, const diag__linear *l, int c, const lab_power *other,
+                      lab_diagnosis *o)
+{
+    double with[DIAG_CAUSES + 1], without[DIAG_CAUSES + 1];
+    int set[DIAG_CAUSES + 1] = {0, 1, 2};
+    set[l->own] = c;
+    diag__linear_gain(l, set, l->own, without);
+    diag__linear_gain(l, set, l->own + 1, with);
+    for (int i = 0; i < l->own; i++) {
+        const lab_candidate own = diag__candidate(q, l->cause[i]);
+        int k = 0;
+        while (k < o->ncause && !diag__is_same(&o->suspect[k].candidate, &own)) {
+            k++;
+        }
+        if (k == o->ncause) {
+            continue;
+        }
+        lab_cause_number *n = &o->suspect[k].number[0];
+        double shift = (with[i] - without[i]) * own.limit, half = fmax(n->hi - n->value, 0.0),
+               more = normal95 * shift / other->amount * other->sd;
+        double lo = fmin(n->lo, n->value + shift - hypot(half, more)),
+               hi = fmax(n->hi, n->value + shift + hypot(half, more));
+        if (lo * hi > 0.0) { // else one could stand in the other's place: those are rivals
+            n->lo = lo, n->hi = hi;
+        }
+    }
+}
+
 /* a candidate that is neither a cause nor a rival */
 static lab_suspect other(diag__problem *q, const diag__table *t, const diag__row *null,
-                         const diag__linear *l, int k)
+                         const diag__linear *l, int k, lab_diagnosis *o)
 {
     const diag__row *row = row_with(q, t, k);
     lab_suspect s =
         row != NULL ? of_row(t, null, row, place_in(row, k)) : diag__suspect(&q->candidate[k]);
     double amount[DIAG_CAUSES + 1], without[DIAG_CAUSES + 1], most = -INFINITY;
     int column = -1;
-    s.power = (lab_power){LAB_NOT_TESTABLE,
-                          NAN,
-                          NAN,
-                          NAN,
-                          NAN,
-                          l->unseen[k] != NULL ? l->unseen[k] : "it was not simulated"};
+    s.power = (lab_power){.presence = LAB_NOT_TESTABLE,
+                          .amount = NAN,
+                          .sd = NAN,
+                          .detectable = NAN,
+                          .upper = NAN,
+                          .because = l->unseen[k] != NULL ? l->unseen[k] : "it was not simulated"};
     s.why = q->untestable[k] != NULL ? q->untestable[k] : l->unseen[k];
     for (int c = l->own; c < l->n; c++) {
         int set[DIAG_CAUSES + 1] = {0, 1, 2}, n = l->own;
@@ -174,6 +206,9 @@ static lab_suspect other(diag__problem *q, const diag__table *t, const diag__row
                     ? "it would have to be larger than is thinkable"
                     : "it would have to be negative";
         s.power = diag__power(q, l, column);
+        if (s.power.beside) {
+            allow_for(q, l, column, &s.power, o);
+        }
     }
     return s;
 }
@@ -344,7 +379,7 @@ stein_status diag__results(diag__problem *q, const diag__table *t, const diag__j
     int first = o->nsuspect;
     for (int k = 0; k < q->n; k++) {
         if (!is_listed(o, &q->candidate[k])) {
-            o->suspect[o->nsuspect++] = other(q, t, null, l, k);
+            o->suspect[o->nsuspect++] = other(q, t, null, l, k, o);
         }
     }
     qsort(o->suspect + first, (size_t)(o->nsuspect - first), sizeof *o->suspect, by_gain);

@@ -266,6 +266,27 @@ static void say_bodies(lab_diagnosis *o, const diag__setting *s)
     }
 }
 
+/* the candidate that is furthest from 0 beside the causes, though not named */
+static void say_beside(lab_diagnosis *o)
+{
+    const lab_suspect *most = NULL;
+    for (int i = o->ncause; i < o->nsuspect; i++) {
+        const lab_suspect *s = &o->suspect[i];
+        double z = fabs(s->power.amount) / s->power.sd;
+        int more = most == NULL || z > fabs(most->power.amount) / most->power.sd;
+        most = s->power.beside && more ? s : most;
+    }
+    if (most != NULL) {
+        char text[2 * LAB_PLACE], size[60];
+        snprintf(
+            text, sizeof text,
+            " %s at %s may act beside: %s, too little to be named; the intervals allow for it.",
+            most->candidate.effect->kind, most->candidate.place,
+            quantity(size, sizeof size, most->power.amount, most->power.sd, most->candidate.unit));
+        append(o, text);
+    }
+}
+
 static lab_verdict class_of(const lab_diagnosis *o)
 {
     const char *class = o->suspect[0].candidate.effect->cls;
@@ -285,12 +306,13 @@ void diag__say(lab_diagnosis *o, const diag__judgement *j, const diag__setting *
     switch (j->finding) {
     case DIAG_EXPLAINED:
         o->verdict = LAB_VERDICT_EXPLAINED;
-        append(o, s->assumed > 0
-                      ? "The model explains the records: noise, scatter from record to record and "
-                        "what a ruler and a scale leave open (the file states no tolerances) are "
-                        "enough."
-                      : "The model explains the records: noise, tolerances of the file and scatter "
-                        "from record to record are enough.");
+        append(o,
+               s->assumed > 0
+                   ? "The model explains the records: noise, scatter from record to record and "
+                     "what a ruler and a scale leave open where the file states no tolerance are "
+                     "enough."
+                   : "The model explains the records: noise, tolerances of the file and scatter "
+                     "from record to record are enough.");
         say_settings(o);
         say_input_noise(o, s);
         break;
@@ -301,6 +323,7 @@ void diag__say(lab_diagnosis *o, const diag__judgement *j, const diag__setting *
         say_remainder(o, j, s);
         say_input_noise(o, s);
         say_gain(o);
+        say_beside(o);
         say_bodies(o, s);
         break;
     case DIAG_NO_CAUSE:
