@@ -239,12 +239,25 @@ static int likely_first(const stein_sim *sim, const double *from, const double *
     return first;
 }
 
-/* Is guard i that of guard k, or the opposite of it? The edges of a notch are one corner. They are
- * the same at the end, `to`, and at the root of k, `there`. */
-static int is_twin(const stein_sim *sim, int i, int k, const double *to, const double *there)
+/* Is guard i that of guard k, or the opposite of it, at the root of k, where they are `there`? The
+ * edges of a notch are one corner. */
+static int is_twin(const stein_sim *sim, int i, int k, const double *there)
 {
-    return i < sim->nguard && k < sim->nguard && fabs(to[i]) == fabs(to[k]) &&
-           fabs(there[i]) == fabs(there[k]);
+    return i < sim->nguard && k < sim->nguard && fabs(there[i]) == fabs(there[k]);
+}
+
+/* a guard before guard i, not k, whose root is known and is that of i; -1: none */
+static int twin_before(stein_sim *sim, double h, int i, int k)
+{
+    for (int j = 0; j < i && i < sim->nguard; j++) {
+        if (sim->crossed[j] && j != k && sim->root[j] < 2.0) {
+            pose_inside(sim, h, sim->root[j]);
+            if (fabs(stein__guard(sim, i)) == fabs(stein__guard(sim, j))) {
+                return j;
+            }
+        }
+    }
+    return -1;
 }
 
 /* The root of guard k is known: those of the other guards in crossed[], 2 where it is behind that
@@ -255,13 +268,14 @@ static void find_others(stein_sim *sim, double h, double begin, double end, int 
     double *theta = sim->root, *behind = sim->behind, beside = fmin(theta[k] + sure, end);
     look_at_crossed(sim, h, theta[k], behind);
     for (int i = 0; i < sim->nswitch; i++) {
-        theta[i] = sim->crossed[i] && is_twin(sim, i, k, sim->to, behind) ? theta[k] : 2.0;
+        theta[i] = sim->crossed[i] && is_twin(sim, i, k, behind) ? theta[k] : 2.0;
     }
     look_at_crossed(sim, h, beside, behind);
     for (int i = 0; i < sim->nswitch; i++) {
         if (sim->crossed[i] && i != k && theta[i] > 1.0 && is_beyond(sim, i, behind[i])) {
             sample from = {begin, sim->from[i]}, to = {beside, behind[i]};
-            theta[i] = root(sim, h, i, from, to);
+            int twin = twin_before(sim, h, i, k);
+            theta[i] = twin >= 0 ? theta[twin] : root(sim, h, i, from, to);
         }
     }
 }
