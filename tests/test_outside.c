@@ -111,7 +111,7 @@ typedef struct felt {
     const stein_sim *sim;
     int dip, touching;
     double share, time, since, memory; /* memory at the last event */
-    double normal[STEIN_NORMAL_SIZE], friction[4], below[2];
+    double normal[STEIN_NORMAL_SIZE], friction[STEIN_FRICTION_SIZE], below[2];
 } felt;
 
 static double memory_at(const felt *f, double t)
