@@ -43,6 +43,7 @@ typedef struct mech_param {
     double value, tolerance; /* [SI]; tolerance 0 when none was given */
     int declared, line, column;
     int stated;        /* the file or an override gives it; 0: left out, at its neutral value */
+    int unused;        /* its place does not use it: the law of friction that sticks is another */
     stein_range range; /* the narrowest of what it stands for by itself */
 } mech_param;
 
