@@ -121,7 +121,7 @@ stein_status diag__bodies_begin(diag__problem *q, diag__table *t, diag__bodies *
         return status;
     }
     status = release(q, err);
-    status = status == STEIN_OK ? diag__fit_again(q, t, 'B', err) : status;
+    status = status == STEIN_OK ? diag__fit_again(q, t, &diag__step_bodies, err) : status;
     const diag__row *now = status == STEIN_OK ? diag__incumbent(q, t) : NULL;
     if (now != NULL) {
         double gain = diag__weighed(q, best) - now->objective;

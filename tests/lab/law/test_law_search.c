@@ -60,7 +60,7 @@ typedef struct bench {
 
 static void search_bench(bench *b, const char *file)
 {
-    const diag__proposal none = {.h = {.n = 0}, .parent = -1, .source = '0'};
+    const diag__proposal none = {.h = {.n = 0}, .parent = -1, .by = &diag__step_null};
     b->options = cache_here(NULL);
     b->def = lab_diagnose_def_default();
     b->def.options = &b->options;
