@@ -114,8 +114,8 @@ int lab_candidate_acts(const lab_candidate *candidate, int number);
 const char *lab_candidate_scope(const lab_candidate *candidate, char text[LAB_PLACE]);
 
 /** All candidates of a mechanism, from its structure. Limits follow from its weights and springs
- * and from one run with the file's own numbers. No two candidates have the same effect: a number of
- * the file with exactly the same effect (the height of a felt and its gap) is an alias of the
+ * and from one run with the file's own numbers. No two candidates have the same effect. A number of
+ * the file with exactly the same effect, as the height of a felt and its gap, is an alias of the
  * candidate. Effects with `needs` have no parameter before lab_candidate_open (nparam 0).
  *  @param list  out, freed by the caller with free()
  *  @return OK, ENOMEM, numerical failures of that run */

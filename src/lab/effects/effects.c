@@ -6,11 +6,10 @@
  * Stribeck friction (Armstrong-Helouvry 1994), Hunt & Crossley (1975) contacts, instruments with
  * gain, offset, lag and a quadratic error.
  *
- * A table instead of code per effect: enumerating, testing, fitting, writing and explaining a
- * candidate are then each written once, and a new effect is one entry here and one term of a law.
- * Effects that add a coordinate or a part are marked (`needs`): the present equations have no
- * parameter for them. Theirs is a number of the mechanism to which lab_candidate_open adds that
- * part.
+ * A table instead of code per effect: the code that lists, tests, fits, writes and explains a
+ * candidate is then written once. A new effect is one entry here and one term of a law. Effects
+ * that add a coordinate or a part are marked (`needs`): the present equations have no parameter for
+ * them. Theirs is a number of the mechanism to which lab_candidate_open adds that part.
  */
 #include <string.h>
 

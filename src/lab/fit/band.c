@@ -3,9 +3,9 @@
  *
  * An encoder errs by more than white noise: steps that neighbours share, an eccentric disc, times
  * that jitter, teeth. The second derivative makes a torque of all that, which the measured torque
- * does not have: steps of 0.38 mrad at 300 Hz, smoothed as far as their variance allows, left 1 N m
- * where 0.2 N m are noise of the torque. So the band f of each motion is the one with which the
- * measured forces follow best,
+ * does not contain. Steps of 0.38 mrad at 300 Hz, smoothed as far as their variance allows, left 1
+ * N m where the noise of the torque is 0.2 N m. So the band f of each motion is the one with which
+ * the measured forces follow best,
  *
  *      minimise   sum_c  n_c ln sum_i (F_ci - F(u_f, t_i))^2       over f = f_max 2^-k/2
  *
