@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "structure.h"
+#include "added_parts.h"
 
 enum { MAX_SAMPLES = 4000 };
 static const double weak_range = 1e-4; /* of adhesion [m] */

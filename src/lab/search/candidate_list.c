@@ -10,7 +10,7 @@
 #include <string.h>
 
 #include "search.h"
-#include "structure.h"
+#include "added_parts.h"
 
 static const double nothing = 1e-300; /* of a friction */
 static const double of_stated = 0.1;  /* its size: plausible error where all records state one */

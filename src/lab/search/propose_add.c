@@ -10,7 +10,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "proposing.h"
+#include "proposals.h"
 
 enum { POOL = 60, MOVED = 3 };           /* columns that pairs are made of */
 static const double the_same = 0.99;     /* likeness from which on two columns are one proposal */

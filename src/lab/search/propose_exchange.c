@@ -9,7 +9,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "proposing.h"
+#include "proposals.h"
 
 static const double far_amount = 0.3; /* share by which a linear model wants another amount */
 static const double quarters = 1.2;   /* of its range: another start of a number beside an amount */

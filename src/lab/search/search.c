@@ -13,7 +13,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "proposing.h"
+#include "proposals.h"
 
 enum {
     EXPANSIONS = 10,

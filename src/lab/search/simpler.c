@@ -7,7 +7,7 @@
  */
 #include <math.h>
 
-#include "proposing.h"
+#include "proposals.h"
 
 enum { STARTS = 3 };                 /* of one proposal */
 enum { TRIES = 3 };                  /* fits of one hypothesis because a better end is expected */

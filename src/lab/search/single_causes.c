@@ -15,7 +15,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "proposing.h"
+#include "proposals.h"
 
 enum { RECORDS = 6, MOST = 24, MOST_ANEW = 6 };
 static const double unexplained = 0.2; /* share of what chi2/dof is above 1: so little is left */

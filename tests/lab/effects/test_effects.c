@@ -8,7 +8,7 @@
 
 #include "lab_support.h"
 #include "stein/diagnose.h"
-#include "structure.h"
+#include "added_parts.h"
 
 Suite *effects_suite(void);
 

@@ -8,7 +8,7 @@
 #include <string.h>
 
 #include "lab_support.h"
-#include "proposing.h"
+#include "proposals.h"
 #include "suites.h"
 
 enum { COULOMB, PRELOAD, DRAG, MASS, CLOCK, DELAY, CENTRE, KINDS, MOST = 12 };

@@ -10,7 +10,7 @@
 #include "fit_support.h"
 #include "search.h"
 #include "stein/diagnose.h"
-#include "structure.h"
+#include "added_parts.h"
 #include "suites.h"
 #include "swings.h"
 

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * proposing.c - what the proposers share.
+ * proposals.c - what the proposers share.
  */
 #include <math.h>
 #include <stdlib.h>
 
-#include "proposing.h"
+#include "proposals.h"
 
 diag__proposal diag__as_parent(diag__hypothesis h, int parent, const diag__proposer *by)
 {

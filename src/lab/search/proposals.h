@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * proposing.h - what the proposers share.
+ * proposals.h - what the proposers share.
  * Included by: this folder.
  */
-#ifndef DIAG_PROPOSING_H
-#define DIAG_PROPOSING_H
+#ifndef DIAG_PROPOSALS_H
+#define DIAG_PROPOSALS_H
 
 #include "search.h"
 
