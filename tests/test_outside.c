@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_outside.c - the laws that are in no table of effects (tests/reality/outside.c): they agree
- * with their formulas, they are no sum of effects of the table, the sealed answer has them in the
- * range of the strokes; and requested strokes are made in the same world.
+ * test_outside.c - the laws that are in no table of effects (tests/reality/outside.c). They agree
+ * with their formulas, they are no sum of effects of the table, and the sealed answer has them in
+ * the range of the strokes. Requested strokes are made in the same world.
  */
 #include <gsl/gsl_multifit.h>
 

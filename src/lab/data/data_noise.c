@@ -460,8 +460,8 @@ void data__spikes(const data__series *s, lab_channel_audit *a)
     }
 }
 
-/* A run at an extreme value is cut off when noise would have moved it, or when the motion comes in
- * or goes out at a speed that cannot have stopped there. */
+/* A run at an extreme value is clipped if noise would have moved it, or if the motion enters or
+ * leaves it at a speed that cannot have stopped there. */
 static int cut_off(const data__series *s, double extreme, int scatters, double fast)
 {
     int count = 0;

@@ -4,7 +4,7 @@
  * A file without any tolerance of its bodies holds what was weighed, guessed or taken from a
  * drawing. Three wrong numbers at once are more than a hypothesis has causes, and no effect of the
  * table is found beside them. So where no hypothesis leaves noise, the best ones are fitted once
- * more with all of these numbers free, their priors as wide as those of any number without a
+ * more with all of these numbers free. Their priors are as wide as those of any number without a
  * tolerance (30 %, fit/problem.c). The search goes on from there if that pays:
  *
  *      L(as stated) - L(bodies free) > 25      or, with k causes less,      > -25 k

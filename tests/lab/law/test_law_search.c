@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * test_law_search.c - the steps of the search for a law: scores while an observer holds the model
- * near the records, ends of the fit of a curve, messages about it; and normal equations of which
+ * near the records, the end of the fit of a curve, messages about it. Normal equations of which
  * most unknowns stay.
  *
  * The law is a hump of potential on a pendulum's way: slow swings turn back before it, fast ones go

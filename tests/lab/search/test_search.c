@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_search.c - diagnoses of the swings of a pendulum: an effect of a hundred noises is found;
- * two effects hidden at once are both found, one is not called two; numbers out of their tolerances
- * are told; a step that is too coarse is reported, and is no physical effect. The search ends where
- * its budget does, reads no record that reports, and does not depend on how many threads it has.
+ * test_search.c - diagnoses of the swings of a pendulum. An effect of a hundred noises is found; of
+ * two effects hidden at once both are found, and one is not called two. Numbers out of their
+ * tolerances are named. A step that is too coarse is reported, and is no physical effect. The
+ * search ends where its budget does, reads no record that reports, and does not depend on how many
+ * threads it has.
  */
 #include <math.h>
 #include <string.h>
