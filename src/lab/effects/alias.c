@@ -33,7 +33,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "structure.h"
+#include "added_parts.h"
 
 static const double small_amount = 1e-5; /* of the limit */
 static const double alike = 1e-6;        /* relative difference of two directions */

@@ -14,7 +14,7 @@
 #include "data_internal.h"
 #include "functions.h"
 #include "planning.h"
-#include "structure.h"
+#include "added_parts.h"
 
 enum { MOST_ROWS = 4000 };
 static const double offset_prior = 1e-3;   /* [m] as in a diagnosis */
