@@ -63,6 +63,7 @@ static diag__evidence evidence_of(const diag__problem *q, const diag__row *row)
         e.single[i] = c.from > 0 && c.from == c.until;
         e.named[i] = c.effect->site != LAB_AT_PARAMETER;
         e.clock[i] = c.effect->site == LAB_AT_CLOCK;
+        e.gain[i] = strcmp(c.effect->kind, "sensor_gain") == 0;
         e.place[i] = element(q, row->h.cause[i]);
     }
     return e;
@@ -383,6 +384,7 @@ stein_status diag__conclude(diagnosis *d, stein_err *err)
         char text[300];
         diag__say(o, &d->j, &d->setting, nearest(d, text, sizeof text), d->suspicion);
         status = diag__name_odd_setting(d, err);
+        diag__doubt_explained(d);
         if (diag__is_spent(&d->q)) {
             size_t n = strlen(o->reason);
             snprintf(o->reason + n, sizeof o->reason - n,

@@ -19,9 +19,10 @@
 
 enum { SIZINGS = 5, SCANNED = 16 };
 static const double of_number = 0.2, of_part = 1.0, of_reading = 0.01; /* RMS change [noise] */
-static const double visible = 0.01;  /* less than that at the limit shows in no record [noise] */
-static const double smallest = 1e-6; /* amount [limits] */
-static const double smaller = 0.2;   /* second column of a part, in the amount of the first */
+static const double visible = 0.01;    /* less than that at the limit shows in no record [noise] */
+static const double smallest = 1e-6;   /* amount [limits] */
+static const double smaller = 0.2;     /* second column of a part, in the amount of the first */
+static const double least_side = -2.0; /* quarters of a range that begins two of them below */
 static const char unseen[] = "it would not show in these records";
 
 /* ---- simulating with a candidate ---- */
@@ -51,6 +52,7 @@ static stein_status ask(void *ctx, fit__bench *b, int job)
         p.unknown = unknown;
         fit__problem_try(&p, &t->candidate[c->cause]);
         b->x[p.amount] = c->step;
+        b->x[p.amount + 1] = c->side;
         status = fit__begin(&p, b, record, b->x, c->G + fit__offset(t->p, record), NULL);
     }
     free(unknown);
@@ -223,6 +225,27 @@ static void take_derivative(const diag__work *w, diag__secant *c, const lab_cand
     c->why = sqrt(square / fmax(1.0, p->samples)) < visible ? unseen : NULL;
 }
 
+/* What nobody reaches - a gap as wide as the motion - may be seen where it begins earlier: once
+ * more with the number beside the amount at the least of its range. @param list  any order
+ * afterwards */
+static stein_status from_less(diag__work *w, diag__secant **list, int n, stein_err *err)
+{
+    const lab_candidate *all = w->row->in->candidate;
+    int left = 0;
+    for (int i = 0; i < w->n; i++) {
+        diag__secant *c = &w->column[i];
+        const lab_side *side = &all[c->cause].side[0];
+        if (i >= w->row->h.n && c->why == unseen && all[c->cause].effect->needs == NULL &&
+            side->param >= 0 && side->lo < side->value && left < n) {
+            c->side = least_side;
+            c->step = all[c->cause].start;
+            c->why = NULL;
+            list[left++] = c;
+        }
+    }
+    return left > 0 ? simulate(w, &w->p, w->x, all, list, left, err) : STEIN_OK;
+}
+
 static stein_status numbers(diag__work *w, stein_err *err)
 {
     diag__secant **list = malloc(sizeof *list * (size_t)(w->n + 1));
@@ -242,6 +265,7 @@ static stein_status numbers(diag__work *w, stein_err *err)
         }
     }
     stein_status status = simulate(w, &w->p, w->x, all, list, n, err);
+    status = status == STEIN_OK ? from_less(w, list, n, err) : status;
     free(list);
     return status;
 }

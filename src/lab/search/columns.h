@@ -9,8 +9,8 @@
 
 /** What a candidate changes, per limit. */
 typedef struct diag__secant {
-    int cause, ready; /* 1: it is there already */
-    double step;
+    int cause, ready;  /* 1: it is there already */
+    double step, side; /* amount; first number beside it [quarters of its range from its start] */
     double *G;
     const char *why; /* it shows nothing; NULL: it does */
 } diag__secant;

@@ -364,11 +364,13 @@ static stein_status keep_columns(diag__work *w, diag__linear *l, stein_err *err)
     const double **G = malloc(sizeof *G * n);
     l->cause = calloc(n, sizeof *l->cause);
     l->step = malloc(sizeof *l->step * n);
+    l->side = calloc(n, sizeof *l->side);
     l->price = malloc(sizeof *l->price * n);
     l->I = malloc(sizeof *l->I * n * n);
     l->s = malloc(sizeof *l->s * n);
-    stein_status status =
-        G && l->cause && l->step && l->price && l->I && l->s ? STEIN_OK : lab__no_memory(err);
+    stein_status status = G && l->cause && l->step && l->side && l->price && l->I && l->s
+                              ? STEIN_OK
+                              : lab__no_memory(err);
     if (status == STEIN_OK) {
         note_unseen(w, l);
         int nbase = list_visible(w, G, l->cause);
@@ -380,6 +382,7 @@ static stein_status keep_columns(diag__work *w, diag__linear *l, stein_err *err)
         if (c->why == NULL && !base_only) {
             G[l->n] = c->G;
             l->step[l->n] = c->step;
+            l->side[l->n] = c->side;
             l->price[l->n] = diag__price(w->q, c->cause);
             l->cause[l->n++] = c->cause;
         }
@@ -424,6 +427,7 @@ void diag__linear_free(diag__linear *l)
 {
     free(l->cause);
     free(l->step);
+    free(l->side);
     free(l->price);
     free(l->I);
     free(l->s);

@@ -143,6 +143,7 @@ typedef struct diag__linear {
     int *cause;          /* [n] candidate */
     double *price;       /* [n] of its choice; NULL: none */
     double *step;        /* [n] amount that a column was made with, in limits */
+    double *side;        /* [n] number beside it [quarters of its range] */
     double *I, *s;       /* [n*n], [n]: G'PG, G'Pr with P what all else leaves */
     double square;       /* r'Pr: what is left without any column */
     double samples;      /* of the records that were used */

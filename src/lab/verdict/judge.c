@@ -115,25 +115,18 @@ static int is_certain(const diag__evidence *e, const diag__setting *s)
     return yes;
 }
 
-/* does a have the causes of b, but a number of the file without a tolerance for b's clock? */
-static int blames_number(const diag__evidence *a, const diag__evidence *b)
+/* does a have the causes of b, but for b's clock another instrument's gain, or a number of the file
+ * without a tolerance? */
+static int spares_clock(const diag__evidence *a, const diag__evidence *b)
 {
-    int numbers = 0, clocks = 0;
-    for (int i = 0; i < a->n; i++) {
-        int same = 0;
-        for (int k = 0; k < b->n; k++) {
-            same |= a->cause[i] == b->cause[k];
-        }
-        numbers += !same && !a->named[i] && !a->tolerated[i];
-        clocks += b->clock[i];
-    }
-    return a->n == b->n && clocks == 1 && numbers == 1 && added(a, b) >= 0 && added(b, a) >= 0 &&
-           b->clock[added(b, a)];
+    int in_a = added(a, b), in_b = added(b, a);
+    return a->n == b->n && in_a >= 0 && in_b >= 0 && b->clock[in_b] &&
+           (a->gain[in_a] || (!a->named[in_a] && !a->tolerated[in_a]));
 }
 
 /* the least objective with n causes, of several none whose amount may be 0; of two that fit equally
- * well, an effect of the table before a number of the same element, and a number that nobody has
- * said to be exact before a clock, which is seldom wrong. @return -1: there is none */
+ * well, an effect of the table before a number of the same element, and a gain or a number that
+ * nobody has said to be exact before a clock, which is seldom wrong. @return -1: there is none */
 static int best_of(const diag__evidence *e, int rows, int n, const diag__setting *s)
 {
     int best = -1;
@@ -152,7 +145,7 @@ static int best_of(const diag__evidence *e, int rows, int n, const diag__setting
     }
     for (int i = 0, from = best; i < rows && from >= 0; i++) {
         int better = e[i].possible && e[i].objective < e[from].objective + diag__convincing &&
-                     is_certain(&e[i], s) && blames_number(&e[i], &e[from]);
+                     is_certain(&e[i], s) && spares_clock(&e[i], &e[from]);
         best = better && (best == from || e[i].objective < e[best].objective) ? i : best;
     }
     return best;

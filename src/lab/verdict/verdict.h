@@ -37,6 +37,7 @@ typedef struct diag__evidence {
     int single[DIAG_CAUSES];    /* 1: it acts in one record alone */
     int named[DIAG_CAUSES];     /* 1: an effect of the table, 0: a number of the file */
     int clock[DIAG_CAUSES];     /* 1: it is the time base of the records */
+    int gain[DIAG_CAUSES];      /* 1: it is the scale of a channel */
     int place[DIAG_CAUSES];     /* which element of the mechanism: equal numbers, equal elements */
 } diag__evidence;
 

@@ -286,6 +286,10 @@ START_TEST(a_number_without_a_tolerance_is_preferred_to_the_clock)
     e[2].tolerated[0] = 0;
     e[1].clock[0] = 0; // no clock
     ck_assert_int_eq(diag__judge(e, 3, &plain).best, 1);
+    e[1].clock[0] = e[2].named[0] = 1; // an effect of the table
+    ck_assert_int_eq(diag__judge(e, 3, &plain).best, 1);
+    e[2].gain[0] = 1; // the scale of a channel
+    ck_assert_int_eq(diag__judge(e, 3, &plain).best, 2);
 }
 END_TEST
 
