@@ -38,7 +38,7 @@ awk -F, 'BEGIN { print "# noise angle: 1 mrad" } /^#/ { next } /^time/ { print $
     { printf "%s,%.9f\n", $1, $2 + 1e-3 * ((n++ * 7919) % 13 - 6) / 3.74 }' "$dir/run.csv" >"$dir/record.csv"
 claim 0 "its record is diagnosed" "$stein" diagnose "$dir/swing.yaml" "$dir/record.csv" -o "$dir/found"
 if [ "$(wc -l <"$dir/out")" -le 12 ]; then pass; else fail "in 12 lines: $(wc -l <"$dir/out")"; fi
-shows "the verdict comes first" '^swing: [a-z_]* ([0-9]* records* fitted'
+shows "the verdict comes first" '^swing: [a-z_]* ([0-9]* pieces* of 1 record fitted'
 shows "the cause has its size" '^cause: [a-z_]* at rod'
 shows "the report is named" "^$dir/found/report.html\$"
 

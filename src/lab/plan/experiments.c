@@ -318,37 +318,47 @@ static int concerns(const plan__model *side, int nside, const char *thing)
 {
     size_t n = strlen(thing);
     for (int i = 0; i < nside; i++) {
-        const char *place = side[i].candidate.place;
-        if (strncmp(place, thing, n) == 0 && (place[n] == '\0' || place[n] == '.')) {
-            return 1;
+        for (int c = 0; c < side[i].n; c++) {
+            const char *place = side[i].candidate[c].place;
+            if (strncmp(place, thing, n) == 0 && (place[n] == '\0' || place[n] == '.')) {
+                return 1;
+            }
         }
     }
     return 0;
 }
 
-/* the amount of a part that comes off, 0 then; NULL: the side supposes none */
-static const char *comes_off(const plan__model *side, const char **unit)
+/* a part that a side supposes on a body, and that comes off */
+typedef struct part {
+    const lab_candidate *of;
+    const char *amount, *unit; /* 0 then */
+} part;
+
+enum { PARTS = (1 + LAB_PLAN_RIVALS) * FIT__ACCEPTED };
+
+/* the part of candidate c of a side; amount NULL: it is none */
+static part comes_off(const plan__model *side, int which)
 {
-    const lab_candidate *c = &side->candidate;
+    const lab_candidate *c = &side->candidate[which];
     const stein_model *m = lab_equations(side->model);
-    const char *amount = c->nparam > 0 ? m->params[c->param[0]].name : "";
-    *unit = lab__comes_off(m, amount);
-    return *unit != NULL ? amount : NULL;
+    const char *unit, *amount = c->nparam > 0 ? m->params[c->param[0]].name : "";
+    unit = lab__comes_off(m, amount);
+    return (part){c, unit != NULL ? amount : NULL, unit};
 }
 
 /* A part that some sides assume on a body is taken off, or found to be absent: the stroke is
  * then the same again. */
-static void take_off(list *l, const plan__model *side, const int *which, int n)
+static void take_off(list *l, const part *which, int n)
 {
     lab_experiment *e =
         add(l, "nothing of that kind may touch it; what is there is taken off", "%s", "");
     for (int i = 0; e != NULL && i < n; i++) {
-        const lab_candidate *c = &side[which[i]].candidate;
-        const char *unit, *amount = comes_off(&side[which[i]], &unit);
+        const lab_candidate *c = which[i].of;
         char name[LAB_PLAN_TEXT];
-        snprintf(name, sizeof name, "%s without %s: %s = 0", c->place, c->effect->kind, amount);
+        snprintf(name, sizeof name, "%s without %s: %s = 0", c->place, c->effect->kind,
+                 which[i].amount);
         append(e->name, i > 0 ? ", " : "", name);
-        if (!plan__set(e, amount, unit, 0.0)) {
+        if (!plan__set(e, which[i].amount, which[i].unit, 0.0)) {
             l->n--; // it would be there still
             return;
         }
@@ -359,16 +369,22 @@ static void take_off(list *l, const plan__model *side, const int *which, int n)
  * rivals, the rest without both is the spring */
 static void without_part(list *l, const plan__model *side, int nside)
 {
-    int which[1 + LAB_PLAN_RIVALS], n = 0;
+    part which[PARTS];
+    int n = 0;
     for (int i = 0; i < nside; i++) {
-        const char *unit;
-        if (comes_off(&side[i], &unit) != NULL) {
-            which[n++] = i;
-            take_off(l, side, &which[n - 1], 1);
+        for (int c = 0; c < side[i].n; c++) {
+            which[n] = comes_off(&side[i], c);
+            int is_new = which[n].amount != NULL;
+            for (int k = 0; is_new && k < n; k++) {
+                is_new = strcmp(which[k].amount, which[n].amount) != 0;
+            }
+            if (is_new) {
+                take_off(l, &which[n++], 1);
+            }
         }
     }
     if (n > 1) {
-        take_off(l, side, which, n);
+        take_off(l, which, n);
     }
 }
 
@@ -402,10 +418,11 @@ static void without_string(list *l, const plan__model *side, int nside)
 /* does an effect on trial move that parameter? */
 static int moves(const plan__model *side, int nside, const char *name)
 {
-    for (int i = 0; i < nside; i++) {
-        const lab_candidate *c = &side[i].candidate;
-        const stein_model *m = lab_equations(side[i].model);
-        for (int k = 0; k < c->nparam; k++) {
+    for (int i = 0; i < nside * FIT__ACCEPTED; i++) {
+        const plan__model *of = &side[i / FIT__ACCEPTED];
+        const lab_candidate *c = &of->candidate[i % FIT__ACCEPTED];
+        const stein_model *m = lab_equations(of->model);
+        for (int k = 0; i % FIT__ACCEPTED < of->n && k < c->nparam; k++) {
             if (strcmp(m->params[c->param[k]].name, name) == 0) {
                 return 1;
             }
