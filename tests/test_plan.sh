@@ -92,7 +92,7 @@ if grep -q 'cannot separate it from' "$dir/out"; then
     shows "have it in their conditions" '"name": "wheel.initial.position"' "$dir/free/diagnosis.json"
     claim 0 "and a plan" "$stein" plan "$model" "$dir/free/diagnosis.json" -o "$dir/p3"
     shows "with another angle" '^wheel.initial.position = '
-    shows "above those so far" 'above what was set so far'
+    shows "above those so far" 'twice what was set so far'
 else
     fail "have rivals"
 fi

@@ -36,6 +36,8 @@
 enum { FASTER = 10 };
 static const char fast_camera[] = "a camera ten times as fast";
 static const double farther = 0.3;                    /* of a range */
+static const double one_value = 0.1;                  /* range over size, of one value */
+static const double still = 0.05;                     /* of a joint's largest speed: at rest */
 static const double more_mass = 0.5, much_mass = 1.5; /* of a body's */
 static const double least_travel = 1e-4;              /* of a joint that moves [rad or m] */
 static const double nearly_all = 0.9;                 /* of a travel */
@@ -109,11 +111,30 @@ static void add_setting(list *l, const lab_used *u, double value, const char *wh
     }
 }
 
+/* Was it set on purpose to several values? What differs less was meant to be one. */
+static int is_range(const lab_used *u)
+{
+    return u->hi - u->lo > one_value * fmax(fabs(u->lo), fabs(u->hi));
+}
+
+/* Is it the speed of a joint that was let go at rest, as far as an estimate shows it? */
+static int is_rest(const plan__reference *b, const lab_used *u)
+{
+    int rest = 0;
+    for (int j = 0; j < b->m->nq; j++) {
+        char name[2 * LAB_PLACE];
+        snprintf(name, sizeof name, "%.100s.initial.speed", b->m->bodies[j].name);
+        rest |= strcmp(name, u->name) == 0 &&
+                fmax(fabs(u->lo), fabs(u->hi)) < still * b->fast[j];
+    }
+    return rest;
+}
+
 /* a number with known values so far */
 static void vary(list *l, const lab_used *u)
 {
     double range = u->hi - u->lo;
-    if (range > 0.0) {
+    if (is_range(u)) {
         add_setting(l, u, u->lo, "the low end of the settings so far");
         add_setting(l, u, u->hi, "the high end of the settings so far");
         double below = plan__rounded(u->lo - farther * range),
@@ -143,7 +164,7 @@ static void corners(list *l)
     char text[2][DATA_SHOWN];
     int n = 0;
     for (int i = 0; i < c->nsetting && n < 2; i++) {
-        if (c->setting[i].hi > c->setting[i].lo) {
+        if (is_range(&c->setting[i]) && !is_rest(l->b, &c->setting[i])) {
             u[n++] = &c->setting[i];
         }
     }
@@ -581,7 +602,9 @@ stein_status plan__experiments(const plan__reference *b, const plan__model *side
     checks(&l, side, nside);
     instruments(&l); // first: those with the base's own motion
     for (int i = 0; i < c->nsetting; i++) {
-        vary(&l, &c->setting[i]);
+        if (!is_rest(b, &c->setting[i])) {
+            vary(&l, &c->setting[i]);
+        }
     }
     corners(&l);
     vary_others(&l);
