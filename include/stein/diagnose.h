@@ -199,7 +199,8 @@ typedef struct lab_posterior {
         double value, sd; /* [SI], of z */
     } * number;
     double *correlation; /* [n*n] of z */
-    /* the other candidates of its hypothesis, which act in the same fit; NULL: it is the only one */
+    /* the other candidates of its hypothesis, which act in the same fit; NULL: it is the only one
+     */
     lab_candidate *beside;
     int nbeside;
 } lab_posterior;

@@ -214,8 +214,7 @@ static void print_table(const inquiry *s, const char *folder)
         cell(s->fact[i].fact, width[0]);
         cell(s->fact[i].paper, width[1]);
         cell(s->fact[i].simulated, width[2]);
-        printf("%s%s\n", s->fact[i].ok ? "ok" : "OFF",
-               s->fact[i].calibrated ? ", calibrated" : "");
+        printf("%s%s\n", s->fact[i].ok ? "ok" : "OFF", s->fact[i].calibrated ? ", calibrated" : "");
     }
     int calibrated = 0;
     for (int i = 0; i < s->nfact; i++) {

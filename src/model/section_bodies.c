@@ -343,11 +343,12 @@ static void read_pendulum(mech__reader *rd, mech_body *b, const mech__node *node
     if (yy && gravity && d2 && of) {
         yy->node = node;
         yy->label = period ? "m g d (T / 2 pi)^2 - m d^2" : "m g d / (2 pi nu)^2 - m d^2";
-        yy->text = mech__print(rd,
-                               period ? "%s.mass * (%s * sqrt%s * %s * %s / 39.478417604357434 - %s)"
-                                      : "%s.mass * (%s * sqrt%s / (39.478417604357434 * %s * %s) - "
-                                        "%s)",
-                               n, gravity, d2, of, of, d2);
+        yy->text =
+            mech__print(rd,
+                        period ? "%s.mass * (%s * sqrt%s * %s * %s / 39.478417604357434 - %s)"
+                               : "%s.mass * (%s * sqrt%s / (39.478417604357434 * %s * %s) - "
+                                 "%s)",
+                        n, gravity, d2, of, of, d2);
     }
 }
 

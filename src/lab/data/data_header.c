@@ -334,8 +334,8 @@ int data__is_repeated(data__reader *r, const data__title *t)
  * such name. */
 static int is_some_time(const data__reader *r, data__title *t)
 {
-    return data__wanted_unit(r->model, t->name) == NULL && data__cut_time(t->name, t->unit,
-                                                                          &t->has_unit);
+    return data__wanted_unit(r->model, t->name) == NULL &&
+           data__cut_time(t->name, t->unit, &t->has_unit);
 }
 
 static void add_time(data__reader *r, data__title *t)

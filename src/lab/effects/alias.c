@@ -26,11 +26,12 @@
  * The fourth holds where a felt is hardly pressed: of all straight lines the nearest one down to
  * the deepest d has dc' = dc + 3/4 db d + 3/5 da d^2, and is off by |db d/4 + 2/5 da d^2| d there.
  * They are the same where that is below a hundredth of dc' d. Data show a hundredth of a cause only
- * if the cause is hundreds of its sd. The last one is exact: the point is nothing but what one channel
- * reads, and in some postures apart the reading with the moved point is 1 + g times that without
- * (compared numerically: the point of a pendulum along its rod, the pin at zero). Consequences of a formula of the file (string.height) need no
- * separate rule. A comparison of predictions would find the pairs that data cannot separate, which
- * is another question: it depends on the data and has an interval.
+ * if the cause is hundreds of its sd. The last one is exact: the point is nothing but what one
+ * channel reads, and in some postures apart the reading with the moved point is 1 + g times that
+ * without (compared numerically: the point of a pendulum along its rod, the pin at zero).
+ * Consequences of a formula of the file (string.height) need no separate rule. A comparison of
+ * predictions would find the pairs that data cannot separate, which is another question: it depends
+ * on the data and has an interval.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -75,8 +76,8 @@ static int reads_alone(const stein_model *m, int channel)
     int alone = own->read >= STEIN_READ_X && own->read <= STEIN_READ_VZ, point = own->index;
     for (int i = 0; alone && i < m->nchannel; i++) {
         const stein_channel *c = &m->channels[i];
-        alone = i == channel || c->read < STEIN_READ_X || c->read > STEIN_READ_VZ ||
-                c->index != point;
+        alone =
+            i == channel || c->read < STEIN_READ_X || c->read > STEIN_READ_VZ || c->index != point;
     }
     for (int i = 0; alone && i < m->ninput; i++) {
         alone = m->inputs[i].kind != STEIN_INPUT_POINT || m->inputs[i].index != point;
@@ -203,8 +204,8 @@ static void fold_springs(const compass *k, double *way)
     }
 }
 
-/* all readings and accelerations in some postures, with parameters p. @param to  [POSTURES][nchannel +
- * nq] @return 0: they cannot be taken */
+/* all readings and accelerations in some postures, with parameters p. @param to [POSTURES][nchannel
+ * + nq] @return 0: they cannot be taken */
 static int postures(const compass *k, const double *p, double *to)
 {
     stein_sim *sim = NULL;

@@ -124,8 +124,7 @@ static int is_rest(const plan__reference *b, const lab_used *u)
     for (int j = 0; j < b->m->nq; j++) {
         char name[2 * LAB_PLACE];
         snprintf(name, sizeof name, "%.100s.initial.speed", b->m->bodies[j].name);
-        rest |= strcmp(name, u->name) == 0 &&
-                fmax(fabs(u->lo), fabs(u->hi)) < still * b->fast[j];
+        rest |= strcmp(name, u->name) == 0 && fmax(fabs(u->lo), fabs(u->hi)) < still * b->fast[j];
     }
     return rest;
 }

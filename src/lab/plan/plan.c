@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * plan.c - from rivals to the experiment that separates them.
  *
- * Several causes are one hypothesis, and so is a rival with the causes beside it. The cause and each
- * rival predict every experiment (predict.c), and every pair of cause and rival
- * has its odds (expected_evidence.c). The value of an experiment is given by the rival that it
- * separates least from the cause: max-min.
+ * Several causes are one hypothesis, and so is a rival with the causes beside it. The cause and
+ * each rival predict every experiment (predict.c), and every pair of cause and rival has its odds
+ * (expected_evidence.c). The value of an experiment is given by the rival that it separates least
+ * from the cause: max-min.
  *
  *      worth = odds / ((4 + strokes) * beyond * left)
  *

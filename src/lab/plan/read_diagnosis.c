@@ -306,9 +306,8 @@ static void take_candidate(reader *r, yaml_node_t *e, lab_candidate *to)
 static void take_beside(reader *r, yaml_node_t *of, lab_posterior *q)
 {
     int n = 0;
-    yaml_node_t *list = find(r, of, "beside") != NULL
-                            ? list_of(r, of, "beside", FIT__ACCEPTED - 1, &n)
-                            : NULL;
+    yaml_node_t *list =
+        find(r, of, "beside") != NULL ? list_of(r, of, "beside", FIT__ACCEPTED - 1, &n) : NULL;
     q->beside = calloc((size_t)n + 1, sizeof *q->beside);
     if (q->beside == NULL) {
         no_memory(r);

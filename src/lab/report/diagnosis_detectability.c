@@ -11,7 +11,8 @@ static const struct {
 } groups[] = {{LAB_PRESENT, "present", "named by the verdict"},
               {LAB_WEAK, "plausible but weak",
                "some evidence for it, or a plausible amount is within the uncertainty"},
-              {LAB_ABSENT, "absent", "one as large as is plausible would have been named, with 95&nbsp;% probability"},
+              {LAB_ABSENT, "absent",
+               "one as large as is plausible would have been named, with 95&nbsp;% probability"},
               {LAB_NOT_TESTABLE, "not testable with these data",
                "no effect above the noise that other unknowns do not have as well"}};
 enum { GROUPS = sizeof groups / sizeof *groups };

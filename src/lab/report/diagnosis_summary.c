@@ -6,7 +6,6 @@
 #include <string.h>
 
 #include "diagnosis_page.h"
-#include "search.h"
 
 static int has_cause(const lab_diagnosis *d)
 {
@@ -117,7 +116,7 @@ static void certainty(FILE *f, const lab_diagnosis *d, const lab_suspect *s)
     }
     fputs("<p class=\"quiet\">How sure it is: the misfit falls by ", f);
     page__number(f, s->gain, 3);
-    fprintf(f, " with it, and %.0f is enough to name any cause. %s</p>\n", diag__least_gain,
+    fprintf(f, " with it, and %.0f is enough to name any cause. %s</p>\n", diag__enough(),
             d->nrival > 0 ? "The size holds only if it is this one and none of those beside."
                           : "The size holds if it is this one.");
 }
@@ -134,7 +133,7 @@ static void chance(FILE *f, double p)
 static void size_card(FILE *f, const lab_diagnosis *d)
 {
     card(f, d->ncause > 1 ? "How large they are, with 95 % interval"
-                         : "How large it is, with 95 % interval");
+                          : "How large it is, with 95 % interval");
     for (int i = 0; i < d->ncause && i < d->nsuspect; i++) {
         const lab_suspect *s = &d->suspect[i];
         if (d->ncause > 1) {
@@ -235,8 +234,7 @@ static void gain_card(FILE *f, const lab_diagnosis *d)
     int after = has_cause(d) || has_law(d);
     card(f, after ? "Error on records held out, before and after" : "Error on records held out");
     if (!isfinite(g->rmse_before)) {
-        fprintf(f, "<p>not measured%s</p></div>\n",
-                d->nheld > 0 ? "" : ": no record was held out");
+        fprintf(f, "<p>not measured%s</p></div>\n", d->nheld > 0 ? "" : ": no record was held out");
         return;
     }
     for (int i = 0; i < d->ngain; i++) {
@@ -283,18 +281,20 @@ static const char *advice(const lab_diagnosis *d)
                "must explain its course over time.";
     case LAB_VERDICT_UNUSABLE_MODEL:
         if (d->slip[0] != '\0') {
-            return has_cause(d) ? "Correct the sign in the records or in the file and diagnose again; "
-                                  "extended.yaml reads these records as they are. Nothing has been "
-                                  "fitted yet."
-                                : "Correct this in the records, their titles or the file, and "
-                                  "diagnose again. Nothing has been fitted yet.";
+            return has_cause(d)
+                       ? "Correct the sign in the records or in the file and diagnose again; "
+                         "extended.yaml reads these records as they are. Nothing has been "
+                         "fitted yet."
+                       : "Correct this in the records, their titles or the file, and "
+                         "diagnose again. Nothing has been fitted yet.";
         }
         return "Compare signs, units, planes, the start and the clock of the first record with the "
                "mechanism file. No statement about physics is possible before they agree.";
     default: break;
     }
     if (d->nrival > 0) {
-        return "Use extended.yaml for predictions like these records. Before you act on this cause, "
+        return "Use extended.yaml for predictions like these records. Before you act on this "
+               "cause, "
                "make a record in which the candidates differ.";
     }
     return d->verdict == LAB_VERDICT_SENSOR

@@ -123,7 +123,8 @@ static void facts_of_height(table *t)
 {
     double h = 1e3 * figure(t, 0, height);
     line l = fit(t, height);
-    char *text = row(t, "escapement height at dx = 0", "2.2 mm", "+-0.1 mm", 1, fabs(h - 2.2) <= 0.1);
+    char *text =
+        row(t, "escapement height at dx = 0", "2.2 mm", "+-0.1 mm", 1, fabs(h - 2.2) <= 0.1);
     SAY(text, "%.2f mm", h);
     text = row(t, "slope of escapement height against dx", "-20 mm/mm", "+-1.5 mm/mm", 1,
                l.known && fabs(l.slope + 20.0) <= 1.5);
@@ -156,18 +157,21 @@ static void facts_of_range(table *t)
         forced = forced && s != NULL && s->forced_escapement;
     }
     int works = is_struck(at(t, 0));
-    char *text =
-        row(t, "leftmost dx that strikes", "-1.25 mm", "+-0.05 mm", 1, works && left >= -26 && left <= -24);
+    char *text = row(t, "leftmost dx that strikes", "-1.25 mm", "+-0.05 mm", 1,
+                     works && left >= -26 && left <= -24);
     SAY(text, "%+.2f mm", 0.05 * left);
     text = row(t, "notch misses the beak at -1.35 mm and beyond", "yes", "all of them", 0, missed);
     SAY(text, "%s", missed ? "yes" : "no");
-    text = row(t, "rightmost dx that escapes", "+0.2 mm", "+-0.05 mm", 1, works && right >= 3 && right <= 5);
+    text = row(t, "rightmost dx that escapes", "+0.2 mm", "+-0.05 mm", 1,
+               works && right >= 3 && right <= 5);
     SAY(text, "%+.2f mm", 0.05 * right);
     const lab_stroke *s = at(t, LAST);
-    text = row(t, "at dx = +0.3 mm", "no escapement", "the same", 0, s != NULL && s->outcome == LAB_NO_ESCAPEMENT);
+    text = row(t, "at dx = +0.3 mm", "no escapement", "the same", 0,
+               s != NULL && s->outcome == LAB_NO_ESCAPEMENT);
     SAY(text, "%s", s == NULL ? "failed" : lab_outcome_text(s->outcome));
     text[strcspn(text, "_")] = ' ';
-    text = row(t, "forced escapement near +0.2 mm", "after the impact", "at +0.15 and +0.2 mm", 1, forced);
+    text = row(t, "forced escapement near +0.2 mm", "after the impact", "at +0.15 and +0.2 mm", 1,
+               forced);
     s = at(t, 3);
     SAY(text, s != NULL && s->escaped && s->impacts > 0 ? "%+.1f ms at +0.15" : "none",
         s != NULL ? 1e3 * (s->escape_time - s->impact_time) : NAN);
@@ -176,8 +180,8 @@ static void facts_of_range(table *t)
 static void facts_of_time(table *t)
 {
     double e0 = figure(t, FIT_FIRST, escape_time), e1 = figure(t, 4, escape_time);
-    char *text =
-        row(t, "time of escapement grows with dx", "yes", "at every step", 0, rises(t, escape_time, FIT_FIRST, 4, 1.0));
+    char *text = row(t, "time of escapement grows with dx", "yes", "at every step", 0,
+                     rises(t, escape_time, FIT_FIRST, 4, 1.0));
     SAY(text, "%.1f → %.1f ms", 1e3 * e0, 1e3 * e1);
 
     double i0 = figure(t, FIT_FIRST, impact_time), i1 = figure(t, FIT_FIRST / 2, impact_time),
@@ -211,9 +215,11 @@ static void facts_of_force(table *t)
     text = row(t, "slope of peak force for dx < 0", "5 N/mm", "+-1 N/mm", 1,
                l.known && fabs(1e-3 * l.slope - 5.0) <= 1.0);
     SAY(text, "%.2f N/mm", l.known ? 1e-3 * l.slope : NAN);
-    text = row(t, "peak force for dx < 0: R² of the line", "linear", "R² of 0.97", 0, l.known && l.r2 >= 0.97);
+    text = row(t, "peak force for dx < 0: R² of the line", "linear", "R² of 0.97", 0,
+               l.known && l.r2 >= 0.97);
     SAY(text, "%.3f", l.known ? l.r2 : NAN);
-    text = row(t, "change of peak force up to dx = +0.15 mm", "about constant", "below 10 %", 0, change < 0.10);
+    text = row(t, "change of peak force up to dx = +0.15 mm", "about constant", "below 10 %", 0,
+               change < 0.10);
     SAY(text, "%.1f %%", 100.0 * change);
 }
 
@@ -226,7 +232,8 @@ static void facts_of_stroke(table *t)
         all++;
         rearmed += here != NULL && here->rearmed;
     }
-    char *text = row(t, "re-arms when the key is released", "everywhere", "at every dx", 0, rearmed == all);
+    char *text =
+        row(t, "re-arms when the key is released", "everywhere", "at every dx", 0, rearmed == all);
     SAY(text, "%d of %d dx", rearmed, all);
     double blow = s != NULL ? 1e3 * s->blow : NAN, time = s != NULL ? 1e3 * s->impact_time : NAN;
     double speed = s != NULL ? s->impact_speed : NAN;
@@ -234,7 +241,8 @@ static void facts_of_stroke(table *t)
     SAY(text, "%.1f mm", blow);
     text = row(t, "release to impact", "45-70 ms", "in the range", 0, time >= 45.0 && time <= 70.0);
     SAY(text, "%.1f ms", time);
-    text = row(t, "head speed at impact", "0.9-1.4 m/s", "in the range", 0, speed >= 0.9 && speed <= 1.4);
+    text = row(t, "head speed at impact", "0.9-1.4 m/s", "in the range", 0,
+               speed >= 0.9 && speed <= 1.4);
     SAY(text, "%.2f m/s", speed);
 }
 

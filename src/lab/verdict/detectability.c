@@ -84,10 +84,11 @@ lab_power diag__power(const diag__problem *q, const diag__linear *l, int k)
                            .sd = NAN,
                            .detectable = NAN,
                            .upper = NAN,
-                           .because = sure / sqrt(raw) < 1.0
-                                          ? "other numbers of the file, the causes or what is unknown "
-                                            "of each record can act in the same way"
-                                          : "too little of it shows in these records"};
+                           .because =
+                               sure / sqrt(raw) < 1.0
+                                   ? "other numbers of the file, the causes or what is unknown "
+                                     "of each record can act in the same way"
+                                   : "too little of it shows in these records"};
     }
     double detectable = diag__detectable(info), a = score / info,
            toward = lab_candidate_is_signed(c) ? fabs(a) : a;

@@ -72,8 +72,7 @@ static void note(lab_posterior *to, const diag__row *row, int own, const diag__l
         const fit__unknown *u = &p->unknown[l->free[i]];
         struct lab_uncertain *q = &to->number[i];
         if (u->kind == FIT__PARAM) {
-            snprintf(q->name, sizeof q->name, "%s",
-                     lab_equations(p->model)->params[u->index].name);
+            snprintf(q->name, sizeof q->name, "%s", lab_equations(p->model)->params[u->index].name);
         } else {
             int of = (l->free[i] - p->first_accepted) / FIT__NUMBERS;
             diag__number_name(q->name, of == own ? 0 : of < own ? of + 1 : of, 1 + u->index);

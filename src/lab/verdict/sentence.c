@@ -198,11 +198,12 @@ static void say_gain(lab_diagnosis *o)
     if (!isfinite(g->ratio) || count(o, is_setting) == o->ncause) {
         return; // one record's own says nothing of others
     }
-    snprintf(text, sizeof text,
-             " %s held out are predicted %s: an error of %.3g without and %.3g with %s, in standard "
-             "deviations of the noise.",
-             o->in_pieces ? "Pieces of the records" : "Records", g->hi < 1.0 ? "better" : "no better",
-             g->rmse_before, g->rmse_after, o->ncause == 1 ? "it" : "them");
+    snprintf(
+        text, sizeof text,
+        " %s held out are predicted %s: an error of %.3g without and %.3g with %s, in standard "
+        "deviations of the noise.",
+        o->in_pieces ? "Pieces of the records" : "Records", g->hi < 1.0 ? "better" : "no better",
+        g->rmse_before, g->rmse_after, o->ncause == 1 ? "it" : "them");
     append(o, text);
 }
 

@@ -184,8 +184,9 @@ stein_status diag__results(diag__problem *q, const diag__table *t, const diag__j
 
 /* ---- posterior.c ---- */
 
-/** Name of a number of an effect in a posterior: "amount", "side" of the candidate itself (place 0),
- *  "amount_2" of the first one beside it. @param index  0: amount, 1 ..: the numbers beside it */
+/** Name of a number of an effect in a posterior: "amount", "side" of the candidate itself (place
+ * 0), "amount_2" of the first one beside it. @param index  0: amount, 1 ..: the numbers beside it
+ */
 void diag__number_name(char to[LAB_PLACE], int place, int index);
 /** Place and index of such a name. @return 0: it is none */
 int diag__find_number(const char *name, int *place, int *index);

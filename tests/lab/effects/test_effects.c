@@ -457,9 +457,10 @@ START_TEST(the_place_of_a_tracked_point_is_the_gain_of_its_channel)
                                "[0, 0, -0.3], inertia: {yy: 0.02}, points: {tip: [0, 0, -0.5]}}\n"
                                "outputs:\n  angle: {joint: rod, read: position}\n  tip_x: {point: "
                                "rod.tip, read: x}\n";
-    static const char aside[] = "mechanism: rod\nbodies:\n  rod: {joint: R -y, at: [0.1, 0, 0], "
-                                "mass: 1 kg, centre: [0, 0, -0.3], inertia: {yy: 0.02}, points: {tip: "
-                                "[0, 0, -0.5]}}\noutputs:\n  tip_x: {point: rod.tip, read: x}\n";
+    static const char aside[] =
+        "mechanism: rod\nbodies:\n  rod: {joint: R -y, at: [0.1, 0, 0], "
+        "mass: 1 kg, centre: [0, 0, -0.3], inertia: {yy: 0.02}, points: {tip: "
+        "[0, 0, -0.5]}}\noutputs:\n  tip_x: {point: rod.tip, read: x}\n";
     char *both = lab__text("%s  tip_z: {point: rod.tip, read: z}\n", text);
     const char *file[] = {text, both, aside};
     make_folder();

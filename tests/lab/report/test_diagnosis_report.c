@@ -418,9 +418,10 @@ END_TEST
 START_TEST(causes_of_several_kinds_are_not_called_by_one)
 {
     static const lab_effect clock = {.kind = "time_base", .cls = "sensor"};
-    static const char *const has[] = {"<h1>An instrument has an error: time base of the clock. The "
-                                      "model lacks an effect: odd &lt;effect&gt; of the place1</h1>",
-                                      NULL};
+    static const char *const has[] = {
+        "<h1>An instrument has an error: time base of the clock. The "
+        "model lacks an effect: odd &lt;effect&gt; of the place1</h1>",
+        NULL};
     lab_diagnosis *d = made_up();
     d->verdict = LAB_VERDICT_SENSOR;
     d->ncause = 2;
@@ -436,8 +437,9 @@ START_TEST(records_that_state_the_wrong_thing_have_no_fit_in_their_report)
 {
     static const char *const has[] = {"<h1>angle is in deg, not in rad</h1>", "nothing was fitted",
                                       "Correct this in the records", NULL};
-    static const char *const never[] = {"with every candidate", "no record was held out", "samples of",
-                                        "degree of freedom", "Largest departure", "held out</p>"};
+    static const char *const never[] = {"with every candidate", "no record was held out",
+                                        "samples of",           "degree of freedom",
+                                        "Largest departure",    "held out</p>"};
     lab_diagnosis *d = made_up();
     d->verdict = LAB_VERDICT_UNUSABLE_MODEL;
     d->ncause = d->nrival = d->nsuspect = d->nfit = d->nheld = d->samples = 0;
@@ -474,10 +476,11 @@ START_TEST(a_force_that_shows_nowhere_is_not_drawn)
 {
     static const char *const drawn[] = {"<h2>The force that the model lacks</h2>",
                                         "the force that the model lacks at a joint", NULL};
-    static const char *const none[] = {"<h2>The force that the model lacks</h2>",
-                                       "At no joint and in no phase is the mean of the missing force "
-                                       "2 standard deviations from zero",
-                                       NULL};
+    static const char *const none[] = {
+        "<h2>The force that the model lacks</h2>",
+        "At no joint and in no phase is the mean of the missing force "
+        "2 standard deviations from zero",
+        NULL};
     lab_diagnosis *d = made_up();
     draw(d);
     page_has(d, drawn, "At no joint");
@@ -489,10 +492,10 @@ END_TEST
 
 START_TEST(a_number_that_acts_like_the_cause_is_beside_it)
 {
-    static const char *const has[] = {
-        "<p>A wrong rod.bob.z of the file acts in exactly the same way as odd &lt;effect&gt; of the "
-        "place0",
-        "No other effect of the table", NULL};
+    static const char *const has[] = {"<p>A wrong rod.bob.z of the file acts in exactly the same "
+                                      "way as odd &lt;effect&gt; of the "
+                                      "place0",
+                                      "No other effect of the table", NULL};
     lab_diagnosis *d = made_up();
     d->ncause = 1;
     d->nrival = 0;
@@ -614,8 +617,9 @@ START_TEST(the_next_step_depends_on_the_verdict)
         page_has(d, has, "Best of the experiments tried");
         lab_diagnosis_destroy(d);
     }
-    static const char *const strokes[] = {"; even so it takes very many records.", "; 1 record will do.",
-                                          "; 2 records will do.", "; no stroke."};
+    static const char *const strokes[] = {"; even so it takes very many records.",
+                                          "; 1 record will do.", "; 2 records will do.",
+                                          "; no stroke."};
     for (int i = 0; i < 4; i++) {
         lab_diagnosis *d = made_up();
         const char *has[] = {
