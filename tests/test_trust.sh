@@ -222,6 +222,25 @@ END
 claim 0 "a belt that drags a block at its limit of dry friction" "$stein" simulate "$dir/belt.yaml"
 if grep -q creeps "$dir/err"; then fail "friction that sticks does not creep"; else pass; fi
 
+cat >"$dir/driven.yaml" <<'END'
+mechanism: driven
+bodies:
+  belt: {joint: T x, mass: 5 kg, initial: {speed: 2 mm/s}, points: {end: [0, 0, 0.1]}}
+  block: {joint: T z, mass: 0.8 kg, points: {sole: [0, 0, 0]}, initial: {position: -block.mass * 9.81 m/s^2 / top.normal.c}}
+contacts:
+  top: {between: [{point: block.sole}, {line: {on: belt, at: [0, 0, 0], facing: 90 deg}}], normal: {c: 20 kN/m, D: 5 s/m}, friction: {A: 0.14, vt: 0.02 m/s}}
+inputs: {drive: {motion: belt}}
+simulation: {dt: 1 ms, until: 4 s}
+END
+claim 0 "a belt that is driven below a block that cannot follow" "$stein" simulate "$dir/driven.yaml"
+if grep -q creeps "$dir/err"; then fail "nothing could hold it: it does not creep"; else pass; fi
+cat >"$dir/rows.py" <<'END'
+for i in range(41): print("%g,%g" % (0.1 * i, 0.0002 * i))
+END
+{ echo "time,drive"; python3 "$dir/rows.py"; } >"$dir/drive.csv"
+claim 0 "the same with a record" "$stein" simulate "$dir/driven.yaml" --drive "$dir/drive.csv"
+if grep -q creeps "$dir/err"; then fail "nothing could hold it either"; else pass; fi
+
 # ---- a pendulum that is chaotic
 claim 0 "a motion that amplifies differences" "$stein" simulate models/double_pendulum.yaml --until 10s
 says "says from when on its positions are not determined" '^stein: positions are not determined after [789]\.'

@@ -28,8 +28,8 @@ const char *lab_fit_status_text(lab_fit_status status);
 /** Progress of a fit: one line of text about the present step, 0 <= fraction <= 1. */
 typedef void lab_fit_progress_fn(void *ctx, double fraction, const char *step);
 
+enum { LAB_SCATTER_PLACES = 2, LAB_SETTINGS_STARTS = 2 };
 /** How to fit. Start from lab_fit_def_default(). */
-enum { LAB_SCATTER_PLACES = 2 };
 typedef struct lab_fit_def {
     const char *const *free; /* [nfree] names of parameters */
     int nfree;
@@ -56,15 +56,15 @@ typedef struct lab_fit_def {
     double drive_scatter;                  /* of its load or inputs; default 0.3 % */
     const struct lab_force_errors *force_errors; /* what the noise of measured forces does to
                                                     records; NULL (default): they are exact */
-    int settings; /* 1: settings of strokes are uncertain by their last digit or a percent; default
-                     0: they are exact */
-    int starts;   /* searches from different places; default 3 */
-    int robust;   /* 1: bisquare weights against single bad frames */
-    int ladder;   /* 0: no innovation ladder (for comparisons); default 1 */
-    int iterations;      /* at most so many in one search; default 40 */
-    int threads;         /* results do not depend on it */
-    int lanes;           /* strokes side by side on each thread: 8, 4, 2 if the processor has so
-                            many, or 1; 0 (default): the most; results do not depend on it */
+    int settings;   /* settings of strokes are uncertain by their last digit or a percent: 1 all,
+                     * LAB_SETTINGS_STARTS those of initial states; default 0: they are exact */
+    int starts;     /* searches from different places; default 3 */
+    int robust;     /* 1: bisquare weights against single bad frames */
+    int ladder;     /* 0: no innovation ladder (for comparisons); default 1 */
+    int iterations; /* at most so many in one search; default 40 */
+    int threads;    /* results do not depend on it */
+    int lanes;      /* strokes side by side on each thread: 8, 4, 2 if the processor has so
+                       many, or 1; 0 (default): the most; results do not depend on it */
     const char *journal; /* state of the search, to go on after an interruption; may be NULL */
     lab_fit_progress_fn *progress;
     lab_report_fn *report; /* doubts; may be NULL */

@@ -141,6 +141,11 @@ typedef struct stein_step_counts {
  *  batch have them with STEIN_IMPLICIT only.
  */
 void stein_steps_taken(const stein_sim *sim, stein_step_counts *counts);
+/** How often the motion has passed a singular position of its loops since the simulation was
+ *  created, where more ways to move meet. It carries on along its own way, with the same speeds.
+ *  Where it comes to rest or turns round there, no way is its own and round-off selects one.
+ *  @param last  nullable; out: the time of the last one [s], NAN: there was none */
+long long stein_singular_passes(const stein_sim *sim, double *last);
 /** Tolerance of a step's error estimate with STEIN_CONTROLLED or STEIN_IMPLICIT, as in stein_pace
  * [rad or m]. Bodies that turn in all directions get a tenth of it, as the errors of every turn
  * add up; STEIN_TOLERANCE until it is set: an elastic ball that bounces 66 times on a contact
@@ -240,8 +245,9 @@ int stein_touches(const stein_sim *sim, int contact);
 /** Sliding of a contact in the present state, where its friction is smooth: of its places the
  * largest speed [m/s], and that over the turning speed vt of its law. Well below 1 friction is less
  * than its level, so dry friction would hold what here creeps.
- *  @return 1; 0: no place of it presses with friction that is smooth, or there is no such contact,
- *  and both are 0 */
+ *  @return 1; 0: no place of it presses with friction that is smooth, or no force across could
+ * change its sliding since what meets there follows signals, or there is no such contact; both are
+ * 0 */
 int stein_slides(stein_sim *sim, int contact, double *speed, double *slip);
 /** Phase of a notch now: 0 none, 1 beak's end on the roof, 2 face on the roof, 3 face on the
  * corner, 4 beak's end on the vertical face. -1 for an index out of range. */

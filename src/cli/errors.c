@@ -137,6 +137,7 @@ static void put_steps(lab__json *out, const cli_errors *c)
     } else {
         lab__json_null(out, "refused");
     }
+    lab__json_int(out, "singular", (int)fmin((double)c->passes, INT_MAX));
     lab__json_close(out);
 }
 
@@ -201,6 +202,17 @@ void cli_errors_gimbal(const cli_errors *c)
     }
 }
 
+/* more ways to move meet where a loop is singular */
+static void warn_of_passes(const cli_errors *c)
+{
+    if (c->passes > 0) {
+        fprintf(stderr,
+                "stein: the loops are singular at %.6g s (%lld such positions are passed), where "
+                "the motion may go on in more than one way; a small error there selects another\n",
+                c->passed, c->passes);
+    }
+}
+
 /* the steps are too coarse: how much, why, what helps */
 static void warn_of_steps(const cli_errors *c, const lab__errors *e)
 {
@@ -211,6 +223,7 @@ static void warn_of_steps(const cli_errors *c, const lab__errors *e)
             c->dt, c->stiff_time, contact_name(c->model, c->stiff_contact), 1.0 / c->stiffest);
     }
     cli_errors_gimbal(c);
+    warn_of_passes(c);
     fprintf(stderr,
             "stein: %s: ", is_wrong(c) ? "do not trust the result" : "the result is not accurate");
     if (!e->known) {
@@ -258,6 +271,7 @@ int cli_errors_warn(const cli_errors *c)
         warn_of_steps(c, e);
     } else if (e->deviation_share > LAB_WRONG) {
         cli_errors_gimbal(c);
+        warn_of_passes(c);
         warn_of_growth(e);
     }
     if (c->begins > often && c->until / c->begins < steps_between * c->dt) {

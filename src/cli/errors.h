@@ -19,6 +19,8 @@ typedef struct cli_errors {
     double stiffest, stiff_time; /* largest rate of a contact [1/s], [s] */
     int stiff_contact;
     stein_step_counts steps;
+    long long passes;    /* of singular positions of loops */
+    double passed;       /* the last one [s] */
     int begins, busiest; /* of the contact that began most often, and which */
 } cli_errors;
 

@@ -199,6 +199,7 @@ static stein_status simulate(job *j, stein_err *err)
         cli_errors_gimbal(&j->errors);
     }
     stein_steps_taken(j->sim, &j->errors.steps);
+    j->errors.passes = stein_singular_passes(j->sim, &j->errors.passed);
     if (status == STEIN_OK && j->table != NULL) {
         status = lab_record_finish(j->table, j->sim);
     }

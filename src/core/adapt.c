@@ -33,10 +33,11 @@ static const double beside = 1e-3;                   /* just before and behind a
 static const double rounding = 1e-12;                /* of an acceleration */
 static const double log_little = -9.210340371976182; /* of 1e-4: errors count as no less */
 
-/* the simulation at every look in [t, t1) */
-static void look_inside(stein_sim *sim, double t1, stein_pace *pace)
+/* the simulation at every look in [t, t1). @return is there any? */
+static int look_inside(stein_sim *sim, double t1, stein_pace *pace)
 {
     double t = sim->head->t, h = t1 - t;
+    int looked = pace->look != NULL && pace->next < t1;
     while (pace->look != NULL && pace->next < t1) {
         double at = fmax(pace->next, t);
         stein__interpolate(sim, h, (at - t) / h, sim->q, sim->qd);
@@ -44,18 +45,20 @@ static void look_inside(stein_sim *sim, double t1, stein_pace *pace)
         sim->fresh = STALE;
         pace->next = pace->look(pace->ctx, sim);
     }
+    return looked;
 }
 
 /* The trial step to t1 becomes the state. Forces and gaps are those of where one looked inside
- * last; they are evaluated again when they are asked for, while qdd is known. */
+ * last, whether they were evaluated there or not; they are evaluated again when they are asked for,
+ * while qdd is known. */
 static void finish(stein_sim *sim, double t1, stein_pace *pace, int implicit)
 {
     sim->counts.taken++;
     sim->counts.implicit += implicit;
-    look_inside(sim, t1, pace);
-    int fresh = sim->fresh;
+    int looked = look_inside(sim, t1, pace), fresh = sim->fresh;
     stein__accept(sim, t1);
-    sim->fresh = fresh == FRESH ? sim->fresh : KNOWN; // what follows the motion may have looked
+    // what follows the motion may have looked, too
+    sim->fresh = fresh == FRESH && !looked ? sim->fresh : KNOWN;
 }
 
 static int is_crossed_at(stein_sim *sim, double h, double theta)
@@ -174,6 +177,7 @@ stein_status stein__pace_next(stein_sim *sim, const stein_pace *pace, stein__pac
     p->wanted = fmin(pace->h, pace->longest);
     int last = p->wanted >= left * (1.0 - 1e-9);
     p->whole = last ? left : fmin(p->wanted, 0.5 * left); // no crumb before t_end
+    stein__singular_look(sim, p->whole);
     p->h = p->whole;
     p->to = last ? p->t_end : p->t + p->h;
     p->middle = p->h > 0.5 * pace->longest;

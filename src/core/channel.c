@@ -3,7 +3,7 @@
  */
 #include <math.h>
 
-#include "core.h"
+#include "loops.h"
 
 static double contact_sum(const stein_sim *sim, int contact, stein_read_kind kind)
 {
@@ -215,9 +215,34 @@ int stein_touches(const stein_sim *sim, int contact)
     return any;
 }
 
+/* Can a force across a touch change how fast it slides? Not where all that it acts on follows
+ * signals. */
+static int can_be_held(stein_sim *sim, const touch *t)
+{
+    const stein_model *model = sim->model;
+    int n = model->nq;
+    double *a = sim->work, most = 0.0, power = 0.0;
+    memset(sim->Q, 0, sizeof *sim->Q * (size_t)n);
+    stein__probe(sim, t, 1);
+    for (int j = 0; j < n; j++) {
+        most = fmax(most, fabs(sim->Q[j]));
+        a[j] = stein__is_driven(sim, j) ? 0.0 : sim->Q[j];
+    }
+    if (model->nrow > 0) { // loops may leave what is free no motion either
+        model->unloaded(sim->xq, sim->xqd, sim->sc, sim->d, sim->M, sim->c);
+        stein__loops_at(sim, sim->xq, sim->xqd);
+        (void)stein__loops_solve(sim, a, 0);
+    }
+    for (int j = 0; j < n; j++) {
+        power = fmax(power, fabs(sim->Q[j] * a[j]));
+    }
+    sim->fresh = KNOWN; // forces are those of the probe
+    return power > 1e-12 * most * most;
+}
+
 int stein_slides(stein_sim *sim, int contact, double *speed, double *slip)
 {
-    int found = 0;
+    int found = 0, held = 0;
     *speed = *slip = 0.0;
     if (contact < 0 || contact >= sim->model->ncontact || stein__refresh(sim, NULL) != STEIN_OK) {
         return 0;
@@ -226,12 +251,16 @@ int stein_slides(stein_sim *sim, int contact, double *speed, double *slip)
         const touch *t = &sim->touch[i];
         int smooth = t->pair->inverse_vt > 0.0 && t->pair->stick < 0;
         if (t->pair->index == contact && smooth && t->normal > 0.0) {
+            held |= can_be_held(sim, t);
             found = 1;
             *slip = fmax(*slip, fabs(sim->slip[i]));
             *speed = fmax(*speed, fabs(sim->slip[i]) / t->pair->inverse_vt);
         }
     }
-    return found;
+    if (!held) {
+        *speed = *slip = 0.0;
+    }
+    return found && held;
 }
 
 int stein_notch_armed(stein_sim *sim, int notch)

@@ -241,6 +241,13 @@ int stein__loops_solve(stein_sim *sim, double *b, int moves);
 void stein__loops_take(stein_sim *sim, double *missing);
 /* xq, xqd at t onto the loops. @return OK, ECLOSE */
 stein_status stein__loops_project(stein_sim *sim, double t, stein_err *err);
+/* singular.c: looks for a singular position along a step of h from the present state */
+void stein__singular_look(stein_sim *sim, double h);
+/* is it so near that a step of h has to mind it? */
+int stein__singular_is_near(const stein_sim *sim, double h);
+/* the derivative {qd, qdd} of a stage near it, whose xq, xqd come onto the loops */
+stein_status stein__singular_derive(stein_sim *sim, double t, int at_end, double *k,
+                                    stein_err *err);
 /* the state onto the loops, from where it is; as_stated: what the file gives stays, if it can.
  * @return OK, ECLOSE */
 stein_status stein__loops_assemble(stein_sim *sim, int as_stated, stein_err *err);

@@ -303,10 +303,7 @@ static stein_status trial(stein_sim *sim, double h, stein_err *err)
     copy(sim->q0, sim->q, n);
     copy(sim->qd0, sim->qd, n);
     copy(sim->qdd0, sim->qdd, n);
-    int watches = sim->loop.watches; // differences are not where the motion leads
-    sim->loop.watches = 0;
     stein_status status = derive(sim, err);
-    sim->loop.watches = watches;
     if (status == STEIN_OK && factor(sim, g) != 0) {
         status = stein__fail(err, STEIN_ESINGULAR,
                              "an implicit step of %g s at t = %g s is singular", h, t);

@@ -73,6 +73,8 @@ static void carve_loops(stein__loops *l, arena *a, const stein_model *m)
     l->rhs = doubles(a, rows);
     l->scale = doubles(a, rows);
     l->best = doubles(a, rows);
+    l->lost = doubles(a, rows);
+    l->mean = doubles(a, 6 * n);
     l->W = doubles(a, n * n);
     l->S = doubles(a, n * n);
     l->y = doubles(a, n);

@@ -21,8 +21,8 @@
  *
  * Redundant rows, as of a Bricard mechanism or of two hinges in a plane loop in space, are found by
  * the rank of J where the loops are closed. Within steps they are not quite closed; then no more
- * pivots than that are taken, and the rest are the smallest. Where a pivot nearly vanishes in
- * between, at a singular position, its row is left out for that moment: the motion carries on.
+ * pivots than that are taken, and the rest are the smallest. Where a pivot vanishes in between, at
+ * a singular position, the motion carries on (singular.c).
  */
 #include <math.h>
 #include <string.h>
@@ -185,21 +185,28 @@ double stein__loops_speeds(stein_sim *sim, const double *M, const unsigned char 
 stein_status stein__loops_project(stein_sim *sim, double t, stein_err *err)
 {
     const stein__loops *l = &sim->loop;
-    int n = sim->model->nq;
+    int n = sim->model->nq, m = sim->model->nrow;
+    stein_status status = STEIN_OK;
+    double gap = INFINITY; // before a correction; near a singular position down to rounding
+    if (l->near && stein__singular_is_close(sim, t)) {
+        return STEIN_OK; // what follows does it
+    }
     stein__drive(sim, t);
     stein__loops_at(sim, sim->xq, sim->xqd);
-    for (int k = 0;
-         stein__largest(l->h, sim->model->nrow) > 0.01 * STEIN__CLOSED && k < MOST_CORRECTIONS;
+    for (int k = 0; k < MOST_CORRECTIONS && (stein__largest(l->h, m) > 0.01 * STEIN__CLOSED ||
+                                             (l->near && stein__largest(l->h, m) < 0.5 * gap));
          k++) {
+        gap = stein__largest(l->h, m);
         stein__loops_correct(sim, sim->M, NULL, stein__most_pivots(sim), STEIN__PASSING_PIVOT);
         for (int j = 0; j < n; j++) {
             sim->xq[j] += l->x[j];
         }
         stein__loops_at(sim, sim->xq, sim->xqd);
     }
-    if (!(stein__largest(l->h, sim->model->nrow) <= STEIN__CLOSED)) {
-        return isfinite(stein__largest(sim->xq, n)) ? fail_open(sim, t, err) : STEIN_OK;
+    if (stein__largest(l->h, m) <= STEIN__CLOSED) {
+        (void)stein__loops_speeds(sim, sim->M, NULL, sim->xqd);
+    } else if (isfinite(stein__largest(sim->xq, n))) {
+        status = fail_open(sim, t, err);
     }
-    (void)stein__loops_speeds(sim, sim->M, NULL, sim->xqd);
-    return STEIN_OK;
+    return status;
 }

@@ -7,8 +7,6 @@
 
 #include "loops.h"
 
-enum { SWEEPS = 3 }; /* of factors, which then change little */
-
 double stein__largest(const double *x, int n)
 {
     double most = 0.0;
@@ -78,83 +76,11 @@ static void eliminate(stein_sim *sim, int i, int j)
     }
 }
 
-/* ---- near a singular position ---- */
-
-/* Rows of a loop that have the same unit get one factor, columns one each, so that the largest
- * element of each group of rows and of each column is about 1. Elements are then shares of what a
- * joint does to a loop at most, whatever its unit is and however long its arms are. A row that
- * is small beside the others of its group stays small. Factors of rows are in best, of columns in
- * y.
- */
-static void equilibrate(stein_sim *sim)
-{
-    stein__loops *l = &sim->loop;
-    const stein_model *model = sim->model;
-    int n = model->nq, m = model->nrow;
-    for (int i = 0; i < m; i++) {
-        l->best[i] = 1.0;
-    }
-    for (int sweep = 0; sweep < SWEEPS; sweep++) {
-        for (int j = 0; j < n; j++) {
-            double most = 0.0;
-            for (int i = 0; i < m; i++) {
-                most = fmax(most, l->best[i] * fabs(l->J[i * n + j]));
-            }
-            l->y[j] = l->role[j] != GIVEN && most > 0.0 ? 1.0 / most : 0.0;
-        }
-        for (int g = 0, first = 0; g < 2 * model->nloop; g++) {
-            const stein_loop *loop = &model->loops[g / 2];
-            int rows = g % 2 == 0 ? loop->lengths : loop->angles;
-            double most = 0.0;
-            for (int i = first * n; i < (first + rows) * n; i++) {
-                most = fmax(most, fabs(l->J[i]) * l->y[i % n]);
-            }
-            for (int i = first; i < first + rows; i++) {
-                l->best[i] = most > 0.0 ? 1.0 / most : 0.0;
-            }
-            first += rows;
-        }
-    }
-}
-
-/* the smallest of the first `rank` pivots of the equilibrated J, each the largest that is left */
-static double smallest_pivot(stein_sim *sim, int rank)
-{
-    stein__loops *l = &sim->loop;
-    int n = sim->model->nq, m = sim->model->nrow;
-    double least = 1.0;
-    equilibrate(sim);
-    for (int i = 0; i < m * n; i++) {
-        l->A[i] = l->J[i] * l->best[i / n] * l->y[i % n];
-    }
-    for (int k = 0; k < rank; k++) {
-        int at = 0;
-        for (int i = 1; i < m * n; i++) {
-            at = fabs(l->A[i]) > fabs(l->A[at]) ? i : at;
-        }
-        double pivot = l->A[at];
-        int column = at % n;
-        least = fmin(least, fabs(pivot));
-        if (pivot == 0.0) {
-            return 0.0;
-        }
-        double *row = l->A + at / n * n;
-        for (int a = 0; a < m; a++) {
-            double *other = l->A + a * n, f = other[column] / pivot;
-            for (int j = 0; j < n && other != row; j++) {
-                other[j] -= f * row[j];
-            }
-        }
-        memset(row, 0, sizeof *row * (size_t)n);
-    }
-    return least;
-}
-
 double stein__partition(stein_sim *sim, const double *x, int rank, double least)
 {
     stein__loops *l = &sim->loop;
     int n = sim->model->nq, m = sim->model->nrow;
-    double left = 0.0, narrowest = l->watches ? smallest_pivot(sim, rank) : 1.0;
+    double left = 0.0;
     memcpy(l->A, l->J, sizeof *l->A * (size_t)(m * n));
     for (int i = 0; i < m; i++) {
         l->used[i] = 0;
@@ -170,9 +96,6 @@ double stein__partition(stein_sim *sim, const double *x, int rank, double least)
     l->rank_found = 0;
     for (int row; l->rank_found < rank && (row = find_pivot(sim, least)) >= 0;) {
         eliminate(sim, row, l->best_column[row]);
-    }
-    if (l->watches) {
-        l->narrow = l->rank_found < rank ? 0.0 : fmin(l->narrow, narrowest);
     }
     for (int i = 0; i < m; i++) {
         if (!l->used[i]) {

@@ -137,10 +137,16 @@ typedef struct stein__loops {
     int *best_column;             /* [nrow] where that is */
     unsigned char *role, *used, *kept; /* [nq] of a joint; [nrow] has a pivot; [nq] stays */
     int rank_found, nfree;
-    int rank;      /* of J where the loops are closed, -1: not known yet */
-    int watches;   /* 1: narrow is kept */
-    double narrow; /* smallest pivot of the equilibrated J since that was set to 1: little near a
-                    * singular position, in any units */
+    int rank;         /* of J where the loops are closed, -1: not known yet */
+    double singular;  /* time to a singular position from the present state [s], < 0 since one;
+                       * INFINITY: none is known */
+    int passes;       /* 1: there J loses rank, and the motion leads across */
+    long long passed; /* how often it has, and when the last time [s] */
+    double last;
+    int near;       /* 1: stages of the step are put onto h = 0 (singular.c) */
+    double *lost;   /* [nrow] time at which each row loses its pivot [s] */
+    double spacing; /* of places along the motion [s] */
+    double *mean;   /* [6*nq] q, qd, qdd as means of places; what they are about, one qdd */
 } stein__loops;
 
 #define STEIN__PARTED 4.0  /* times that: they no longer do */

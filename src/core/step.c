@@ -25,7 +25,6 @@
 static const double of_balls = 0.1;     /* of the tolerance: errors of each turn add up */
 static const double just_behind = 1e-3; /* the begin of a step, in steps */
 static const double at_once = 1e-12;    /* events that far apart are one, in steps */
-static const double singular = 0.02;    /* smallest pivot of loops: near a singular position */
 static const double sure = 1e-7; /* a root that far behind another one, in steps, is not it */
 enum { LOCATED = 2, LOCATED_STICKING = 200, MAX_ROOT_ITERATIONS = 80 };
 
@@ -259,6 +258,10 @@ void stein__accept(stein_sim *sim, double t1)
     memcpy(sim->q, sim->q1, sizeof *sim->q * nq);
     memcpy(sim->qd, sim->qd1, sizeof *sim->qd * nq);
     memcpy(sim->qdd, sim->qdd1, sizeof *sim->qdd * nq);
+    if (sim->model->nrow > 0 && sim->loop.passes && sim->head->t + sim->loop.singular < t1) {
+        sim->loop.passed++;
+        sim->loop.last = sim->head->t + sim->loop.singular;
+    }
     sim->head->t = t1;
     sim->fresh = FRESH;
     if (sim->follower != NULL) {
@@ -269,17 +272,15 @@ void stein__accept(stein_sim *sim, double t1)
 stein_status stein__try(stein_sim *sim, double h, int implicit, stein_err *err)
 {
     stein_status status = STEIN_OK;
-    sim->loop.narrow = 1.0;
-    if (implicit) {
-        sim->loop.watches = 1;
-        status = sim->implicit->trial(sim, h, err);
-        sim->loop.watches = 0;
-        implicit = sim->loop.narrow > singular;
-        sim->counts.refused = implicit ? sim->counts.refused : "loops are near a singular position";
+    if (!stein__is_controlled(sim->def.integrator)) {
+        stein__singular_look(sim, h);
     }
-    if (!implicit) {
-        status = stein__trial(sim, sim->head->t, h, err);
+    sim->loop.near = stein__singular_is_near(sim, h);
+    if (implicit && sim->loop.near) {
+        sim->counts.refused = "loops are near a singular position";
+        implicit = 0;
     }
+    status = implicit ? sim->implicit->trial(sim, h, err) : stein__trial(sim, sim->head->t, h, err);
     sim->span = h;
     if (sim->implicit != NULL) {
         sim->implicit->inside = implicit;

@@ -115,6 +115,11 @@ static void combine(const stein_sim *sim, const double *w, int n, real h, const 
 static stein_status derive(stein_sim *sim, int i, real t, stein_err *err)
 {
     real *k = sim->k + i * sim->width;
+#if STEIN_LANES == 1
+    if (sim->loop.near) {
+        return stein__singular_derive(sim, t, i == MAX_STAGES, k, err);
+    }
+#endif
     copy(k, sim->xqd, sim->model->nq);
     return stein__evaluate(sim, t, sim->xq, sim->xqd, k + sim->model->nq, err);
 }

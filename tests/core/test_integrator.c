@@ -194,6 +194,31 @@ START_TEST(looking_does_not_change_a_controlled_step)
 }
 END_TEST
 
+/* the force of the string every 3 us */
+static double feel(void *ctx, stein_sim *sim)
+{
+    double *last = ctx;
+    *last = stein_read(sim, stein_find_channel(&stein_model_stein1788, "string_force"));
+    return stein_time(sim) + 3e-6;
+}
+
+START_TEST(forces_read_after_looks_are_those_of_the_end)
+{
+    static const double until = 0.0535; // while the hammer is on the string
+    double force[2], last = 0.0;
+    for (int i = 0; i < 2; i++) {
+        stein_sim *sim = make_sim(&stein_model_stein1788, STEIN_DP5, 1e-5);
+        stein_pace pace = {1e-9, 3e-4, 1e-6, 0.0, i == 0 ? NULL : feel, &last};
+        ck_assert_stein(stein_run_adaptive(sim, until, &pace, err));
+        force[i] = stein_read(sim, stein_find_channel(&stein_model_stein1788, "string_force"));
+        stein_sim_destroy(sim);
+    }
+    ck_assert_double_gt(force[0], 1.0);
+    ck_assert(fabs(last - force[0]) > 1e-9); // the last look was before the end
+    ck_assert_close(force[1], force[0], 1e-12, 0.0);
+}
+END_TEST
+
 START_TEST(controlled_steps_give_up_on_a_motion_that_is_too_stiff)
 {
     stein_sim *sim = make_sim(&stein_model_pendulum, STEIN_DP5, 1e-3);
@@ -320,6 +345,7 @@ Suite *integrator_suite(void)
     tcase_add_test(tc, a_run_lands_exactly_on_its_end);
     tcase_add_test(tc, looks_inside_of_controlled_steps_show_the_motion);
     tcase_add_test(tc, looking_does_not_change_a_controlled_step);
+    tcase_add_test(tc, forces_read_after_looks_are_those_of_the_end);
     tcase_add_test(tc, controlled_steps_refuse_invalid_settings);
     tcase_add_test(tc, controlled_steps_give_up_on_a_motion_that_is_too_stiff);
     tcase_add_test(tc, the_same_run_gives_the_same_bits);

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * test_linkages.c - mechanisms with loops against published values and against motions that are
  * known otherwise: problems A02, A03 and A04 of the IFToMM library of computational benchmarks
- * (Gonzalez et al. 2006), cranks with sliders. Energy is kept in all of them.
+ * (Gonzalez et al. 2006), cranks with sliders, singular positions that are passed. Energy is kept
+ * in all of them.
  */
 #include <string.h>
 
@@ -271,6 +272,133 @@ START_TEST(welded_bodies_move_as_one_body)
 }
 END_TEST
 
+/* ---- singular positions that are passed ---- */
+
+#define CRANK(start)                                                                             \
+    "  crank: {joint: R -y, mass: 1 kg, centre: [0.05, 0, 0], inertia: {yy: 1e-3}, points: {p: " \
+    "[0.1, 0, 0]}, initial: {position: " start "}}\n"
+#define SLIDER \
+    "  slider: {joint: T x, mass: 0.4 kg, points: {p: [0, 0, 0]}, initial: {guess: 0.17}}\n"
+
+/* A crank as long as its rod, three ways: at 90 deg the slider stands at the crank's axis, where
+ * crank and rod might go on as one. A four-bar whose bars all lie flat. */
+static const char *const passing[] = {
+    "mechanism: even_crank\n"
+    "bodies:\n" CRANK("30 deg, speed: 10 rad/s") "  rod: {parent: crank, at: crank.p, joint: R -y, "
+                                                 "mass: 0.5 kg, centre: [0.05, 0, 0], inertia: "
+                                                 "{yy: 6e-4}, points: {e: [0.1, 0, 0]}, initial: "
+                                                 "{guess: -60 deg}}\n" SLIDER
+                                                 "loops: {g: {between: [rod.e, slider.p]}}\n"
+                                                 "simulation: {dt: 1 ms}\n",
+    "mechanism: even_crank_from_slider\n"
+    "bodies:\n" CRANK("30 deg, speed: 10 rad/s") SLIDER
+    "  rod: {parent: slider, joint: R -y, mass: 0.5 kg, centre: [-0.05, 0, 0], inertia: {yy: "
+    "6e-4}, points: {e: [-0.1, 0, 0]}, initial: {guess: -30 deg}}\n"
+    "loops: {g: {between: [rod.e, crank.p]}}\n"
+    "simulation: {dt: 1 ms}\n",
+    "mechanism: even_crank_with_rod\n"
+    "bodies:\n" CRANK("30 deg, speed: 10 rad/s") SLIDER
+    "loops: {g: {between: [slider.p, crank.p], rod: 0.1 m}}\n"
+    "simulation: {dt: 1 ms}\n",
+    "mechanism: flat_four_bar\n"
+    "bodies:\n" CRANK(
+        "60 deg, speed: -20 rad/s") "  coupler: {parent: crank, at: crank.p, joint: R -y, mass: "
+                                    "0.5 kg, centre: [0.1, 0, 0], "
+                                    "inertia: {yy: 3e-3}, points: {e: [0.2, 0, 0]}, initial: "
+                                    "{guess: -60 deg}}\n"
+                                    "  rocker: {at: [0.3, 0, 0], joint: R -y, mass: 0.4 kg, "
+                                    "centre: [0.1, 0, 0], inertia: {yy: "
+                                    "2e-3}, points: {p: [0.2, 0, 0]}, initial: {guess: 100 deg}}\n"
+                                    "loops: {g: {between: [coupler.e, rocker.p]}}\n"
+                                    "simulation: {dt: 1 ms}\n"};
+enum { PASSING = sizeof passing / sizeof *passing };
+
+static stein_sim *start_with(const lab_model *model, stein_integrator integrator)
+{
+    stein_sim_def def = lab_def(model);
+    stein_sim *sim = NULL;
+    def.integrator = integrator;
+    ck_assert_stein(lab_sim(model, &def, &sim, err));
+    return sim;
+}
+
+static double apart(const stein_sim *a, const stein_sim *b, int n)
+{
+    double worst = 0.0;
+    for (int j = 0; j < n; j++) {
+        worst = fmax(worst, fabs(stein_q(a)[j] - stein_q(b)[j]));
+    }
+    return worst;
+}
+
+/* is it still on the branch that it began on? */
+static void check_branch(int which, const double *q)
+{
+    if (which == 0) {
+        ck_assert_close(q[1], -2.0 * q[0], 0.0, 1e-8);
+    } else if (which == 1) {
+        ck_assert_close(q[2], -q[0], 0.0, 1e-8);
+    } else if (which == 2) {
+        ck_assert_close(q[1], 0.2 * cos(q[0]), 0.0, 1e-9);
+    }
+}
+
+START_TEST(singular_positions_are_passed_with_every_kind_of_step)
+{
+    static const struct {
+        stein_integrator integrator;
+        double energy, position;
+    } kind[] = {{STEIN_CONTROLLED, 1e-9, 1e-8},
+                {STEIN_IMPLICIT, 1e-9, 1e-8},
+                {STEIN_DP5, 1e-7, 1e-5},
+                {STEIN_RK4, 1e-5, 1e-4}};
+    lab_model *model = open_text(passing[_i], NULL, 0);
+    int n = lab_equations(model)->nq;
+    stein_sim *reference = start_with(model, STEIN_CONTROLLED);
+    ck_assert_stein(stein_run(reference, 2.0, err));
+    for (int k = 0; k < 4; k++) {
+        stein_sim *sim = start_with(model, kind[k].integrator);
+        double most = fabs(energy(sim)), off = drift(sim, 0.00731, 2.0), last;
+        ck_assert_stein(stein_run(sim, 2.0, err));
+        ck_assert(stein_singular_passes(sim, &last) >= 5 && last > 1.0 && last < 2.0);
+        ck_assert_msg(off < kind[k].energy * most, "mechanism %d, kind %d: energy off by %g", _i, k,
+                      off / most);
+        check_branch(_i, stein_q(sim));
+        ck_assert_msg(apart(sim, reference, n) < kind[k].position,
+                      "mechanism %d, kind %d: off by %g", _i, k, apart(sim, reference, n));
+        stein_sim_destroy(sim);
+    }
+    stein_sim_destroy(reference);
+    lab_close(model);
+}
+END_TEST
+
+START_TEST(a_run_may_end_and_go_on_at_any_distance_from_a_singular_position)
+{
+    lab_model *model = open_text(passing[_i], NULL, 0);
+    int n = lab_equations(model)->nq;
+    stein_sim *reference = start_with(model, STEIN_CONTROLLED);
+    double at = 0.0, worst = 0.0;
+    while (stein_singular_passes(reference, &at) == 0) {
+        ck_assert_stein(stein_step(reference, err));
+    }
+    ck_assert_stein(stein_run(reference, 0.5, err));
+    for (double distance = 1e-9; distance < 2e-2; distance *= 7.3) {
+        for (int side = -1; side <= 1; side += 2) {
+            stein_sim *sim = start_with(model, STEIN_CONTROLLED);
+            stein_pace pace = {.tolerance = 1e-12, .longest = 0.01, .h = 1e-3, .next = INFINITY};
+            ck_assert_stein(stein_run_adaptive(sim, at + side * distance, &pace, err));
+            ck_assert_stein(stein_run_adaptive(sim, 0.5, &pace, err));
+            worst = fmax(worst, apart(sim, reference, n));
+            stein_sim_destroy(sim);
+        }
+    }
+    ck_assert_msg(worst < 1e-8, "mechanism %d: off by %g", _i, worst);
+    stein_sim_destroy(reference);
+    lab_close(model);
+}
+END_TEST
+
 START_TEST(the_models_keep_their_energy)
 {
     stein_sim *sim = make_sim(&stein_model_four_bar, STEIN_RK4, 0.0);
@@ -296,6 +424,9 @@ Suite *linkages_suite(void)
     tcase_add_test(all, a_crank_drives_a_slider_in_space);
     tcase_add_test(all, a_pin_in_a_slot_moves_a_yoke_by_the_cosine);
     tcase_add_test(all, welded_bodies_move_as_one_body);
+    tcase_add_loop_test(all, singular_positions_are_passed_with_every_kind_of_step, 0, PASSING);
+    tcase_add_loop_test(all, a_run_may_end_and_go_on_at_any_distance_from_a_singular_position, 0,
+                        PASSING);
     tcase_add_test(all, the_models_keep_their_energy);
     suite_add_tcase(suite, all);
     return suite;

@@ -62,6 +62,7 @@ static diag__evidence evidence_of(const diag__problem *q, const diag__row *row)
         e.scatters[i] = diag__scatters(q, e.cause[i]);
         e.single[i] = c.from > 0 && c.from == c.until;
         e.named[i] = c.effect->site != LAB_AT_PARAMETER;
+        e.clock[i] = c.effect->site == LAB_AT_CLOCK;
         e.place[i] = element(q, row->h.cause[i]);
     }
     return e;

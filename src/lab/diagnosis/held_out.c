@@ -10,8 +10,8 @@
 
 #include "diagnosis.h"
 
-static const double no_gain = 0.98, worse = 1.01; /* ratio of errors */
-static const double far = 50.0; /* chi2/dof from which a gain has to be beyond doubt */
+static const double no_gain = 0.98; /* ratio of errors */
+static const double far = 50.0;     /* chi2/dof from which a gain has to be beyond doubt */
 
 /* the row with all causes of one but this; NULL: there is none */
 static const diag__row *row_without(const diag__table *t, const diag__row *row,
@@ -193,10 +193,32 @@ int diag__drop_unshown(diagnosis *d)
     return 0;
 }
 
+/* Do reporting records contradict what leaves noise where it was fitted? Of two predictions whose
+ * difference is D noises, the true one is nearer by
+ *
+ *      chi2_without - chi2_with = D^2 +- 2 D,     -D^2 +- 2 D if the other one is true
+ */
+static int contradict(const diag__row *best, const diag__reported *without,
+                      const diag__reported *with)
+{
+    size_t n = fit__offset(&with->p, with->p.nstroke);
+    double nearer = 0.0, difference = 0.0,
+           noise = fmax(with->rmse * with->rmse, 1e-300) * fmax(best->memory, 1.0);
+    if (fit__offset(&without->p, without->p.nstroke) != n || !isfinite(without->rmse)) {
+        return 0;
+    }
+    for (size_t i = 0; i < n; i++) {
+        double a = without->r[i], b = with->r[i];
+        nearer += (a - b) * (a + b) / noise;
+        difference += (a - b) * (a - b) / noise;
+    }
+    return difference > diag__convincing && nearer < 0.0;
+}
+
 stein_status diag__is_shown(const diagnosis *d, int *yes, stein_err *err)
 {
     const diag__row *best = d->t.row[d->j.best], *least = d->t.row[d->j.least];
-    int certain = !d->q.scale_free && best->chi2_dof <= d->setting.most_noise, acts = 0;
+    int acts = 0;
     diag__reported without = {.rmse = NAN};
     lab_gain g = {.ratio = NAN};
     stein_err why;
@@ -209,8 +231,12 @@ stein_status diag__is_shown(const diagnosis *d, int *yes, stein_err *err)
     }
     stein_status status = diag__report(least, &d->reporting, &without, &why);
     status = status == STEIN_OK ? diag__compare(&without, &d->after, &g, &why) : status;
+    if (status == STEIN_OK && best->chi2_dof <= d->setting.most_noise) {
+        *yes = !contradict(best, &without, &d->after);
+    } else { // where more than noise is left, it has to be nearer by more than that may do
+        int clear = best->chi2_dof <= far || g.hi < 1.0;
+        *yes = !isfinite(g.ratio) || (clear && g.ratio < no_gain);
+    }
     diag__reported_free(&without);
-    int clear = best->chi2_dof <= far || g.hi < 1.0;
-    *yes = !isfinite(g.ratio) || (clear && g.ratio < (certain ? worse : no_gain));
     return fit__forgive(status, err);
 }

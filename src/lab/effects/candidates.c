@@ -201,7 +201,7 @@ static void add_side(build *b, lab_candidate *c, double lo, double value, double
 /* speed at which Coulomb friction has its full size; a stated one is accepted to a factor of two */
 static void joint_speed(build *b, lab_candidate *c, double unit)
 {
-    add_side(b, c, 0.002 * unit, 0.02 * unit, 0.2 * unit);
+    add_side(b, c, 0.002 * unit, 0.015 * unit, 0.1 * unit);
     lab_side *side = &c->side[0];
     if (side->param >= 0 && b->m->params[side->param].stated) {
         double w = b->p[side->param];

@@ -368,8 +368,10 @@ static void own_settings(fit__problem *p, fit__stroke *s, int stroke)
     for (int i = 0; p->def->settings && i < s->data->nset; i++) {
         const lab_setting *set = &s->data->set[i];
         double sd = fmax(set->step / sqrt(12.0), of_setting * fabs(set->value));
+        int start = strstr(m->params[set->param].name, ".initial.") != NULL;
         sd = fmax(sd, m->params[set->param].tolerance);
-        if (!set->last_word && p->group[set->param] == FIT__CALM && sd > 0.0) {
+        if (!set->last_word && p->group[set->param] == FIT__CALM && sd > 0.0 &&
+            (start || p->def->settings != LAB_SETTINGS_STARTS)) {
             own(p, s, stroke, FIT__SETTING, set->param, sd, 1);
         }
     }

@@ -107,12 +107,6 @@ static double by_ruler(const stein_model *m, const stein_param *q)
     return 0.0;
 }
 
-/* Is it weighed or timed, as no drawing gives it: an inertia, a spring, a pendulum test? */
-static int is_weighed(const stein_model *m, const stein_param *q)
-{
-    return strcmp(q->unit, "m") != 0 && !is_law(m, q);
-}
-
 static int states_any(const stein_model *m)
 {
     int any = 0;
@@ -141,8 +135,7 @@ int diag__has_tolerance(const diag__problem *q, int param)
 
 /* Every number with a tolerance that not every record sets, and what the caller wants free;
  * fit__problem_make names one that is unknown. A file that states no tolerance at all is not exact
- * to the last digit: what is measured with a ruler or a scale gets that tolerance. Where it states
- * some, the places of a drawing without one are taken as exact, but nothing that is weighed is. */
+ * to the last digit: what is measured with a ruler or a scale gets that tolerance. */
 static stein_status choose_names(diag__problem *q, stein_err *err)
 {
     const stein_model *m = lab_equations(q->model);
@@ -155,7 +148,7 @@ static stein_status choose_names(diag__problem *q, stein_err *err)
         return lab__no_memory(err);
     }
     for (int i = 0; i < m->np; i++) {
-        double sd = rough || is_weighed(m, &m->params[i]) ? by_ruler(m, &m->params[i]) : 0.0;
+        double sd = rough ? by_ruler(m, &m->params[i]) : 0.0;
         int stated = m->params[i].tolerance > 0.0;
         if ((stated || sd > 0.0) && !fit__always_set(q->fitted, i)) {
             q->assumed += !stated;
@@ -252,6 +245,7 @@ static stein_status open_null(diag__problem *q, stein_err *err)
     q->fit_def.stop = q->def->stop;
     q->fit_def.ctx = q->def->ctx;
     q->fit_def.scatter = LAB_SCATTER_PLACES;
+    q->fit_def.settings = LAB_SETTINGS_STARTS; // nobody lets go to the digit of an encoder
     stein_status status = state_bands(q, err);
     status = status == STEIN_OK ? diag__problem_null(q, err) : status;
     status = status == STEIN_OK ? choose_bands(q, err) : status;

@@ -13,6 +13,7 @@
 
 static const double far_amount = 0.3; /* share by which a linear model wants another amount */
 static const double quarters = 1.2;   /* of its range: another start of a number beside an amount */
+static const double the_same = 0.99;  /* likeness of columns of two that act alike */
 
 /* own causes but i and j, and column c (-1: none) */
 static int take(const diag__linear *l, int i, int j, int c, diag__proposal *to)
@@ -109,6 +110,15 @@ static int is_twin(const lab_candidate *a, const lab_candidate *b)
     return is_word && strcmp(a->place, b->place) == 0;
 }
 
+/* A number of the file in the place of a clock that is off: the likelier one of two that act alike.
+ */
+static int is_number_for_clock(const diag__linear *l, int own, int c, const diag__problem *q)
+{
+    return diag__base(q, l->cause[own])->effect->site == LAB_AT_CLOCK &&
+           diag__base(q, l->cause[c])->effect->site == LAB_AT_PARAMETER &&
+           diag__likeness(l, own, c) > the_same;
+}
+
 /* Two more starts of a proposal, of the number beside the new cause c: a gap, a place of a stop. */
 static int more_starts(const lab_candidate *c, int cause, diag__proposal *out, int most)
 {
@@ -135,8 +145,9 @@ static int twin(const diag__problem *q, const diag__table *t, const diag__linear
         const lab_candidate *own = diag__base(q, l->cause[i]);
         for (int c = l->own; c < l->n && found < most; c++) {
             const lab_candidate *other = diag__base(q, l->cause[c]);
-            if (!diag__is_scoped(q, l->cause[c]) && (is_twin(own, other) || is_twin(other, own)) &&
-                take(l, i, i, c, &out[found])) {
+            int alike =
+                is_twin(own, other) || is_twin(other, own) || is_number_for_clock(l, i, c, q);
+            if (!diag__is_scoped(q, l->cause[c]) && alike && take(l, i, i, c, &out[found])) {
                 out[found].source = 'L';
                 found += 1 + more_starts(other, l->cause[c], &out[found], most - found);
             }

@@ -123,7 +123,8 @@ void diag__start_row(diag__row *row, const diag__row *parent, const diag__propos
     for (int i = 0; i < row->h.n; i++) {
         int at = diag__unknown_at(row, i);
         double amount = isfinite(from->amount[i]) ? from->amount[i] : row->x[at];
-        amount = fmin(fmax(amount, -longest_start), longest_start);
+        double most = fmax(longest_start, fabs(row->x[at])); // a fit has been there
+        amount = fmin(fmax(amount, -most), most);
         double least = row->p.unknown[at].least;
         row->x[at] = fmax(amount, least > 0.0 ? least_start : 0.5 * least);
         row->x[at + 1] = isfinite(from->side[i]) ? from->side[i] : row->x[at + 1];

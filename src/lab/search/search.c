@@ -12,6 +12,7 @@
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "proposing.h"
 
@@ -47,6 +48,7 @@ static const double worth = 12.0;     /* the same of what is predicted: worth a 
 static const double tiny = 1e-6;      /* variance of noise, in the stated one */
 static const double of_excess = 0.05; /* a cause more has to explain that share of it */
 static const double of_scope = 0.1;   /* the same of one that acts in some records only */
+static const double of_part = 0.1;    /* the same of a part, to be kept for later */
 
 double diag__most_noise(const diag__problem *q, const fit__problem *p)
 {
@@ -258,6 +260,40 @@ static int is_worth(const diag__problem *q, const diag__table *t, const diag__li
     return p->expected < best->objective + diag__convincing + rounding;
 }
 
+/* A part that is added bends the motion more than a linear model tells. Those that explain some of
+ * what the null row leaves are kept for the case that several causes are needed without them. */
+static void set_aside(const diag__problem *q, diag__table *t, const diag__row *row,
+                      const diag__proposal *list, int n)
+{
+    double least = row->objective - of_part * diag__excess(row);
+    for (int i = 0; i < n && row->h.n == 0; i++) {
+        int had = diag__find(t, &list[i].h) != NULL, cause = list[i].h.cause[0];
+        for (int k = 0; k < t->naside; k++) {
+            had |= diag__equals(&t->aside[k].h, &list[i].h);
+        }
+        if (!had && list[i].h.n == 1 && diag__base(q, cause)->effect->needs != NULL &&
+            list[i].expected < least && t->naside < DIAG_ASIDE) {
+            t->aside[t->naside++] = list[i];
+        }
+    }
+}
+
+/* Several causes may stand for a part that was not tried: the parts set aside, each alone. */
+static stein_status try_aside(diag__problem *q, diag__table *t, int *better, stein_err *err)
+{
+    const diag__row *best = diag__incumbent(q, t);
+    stein_status status = STEIN_OK;
+    int needed = best->h.n > 1 || !diag__leaves_noise(q, best);
+    for (int i = 0; needed && i < t->naside && status == STEIN_OK && !diag__is_spent(q); i++) {
+        diag__row *one = NULL;
+        if (diag__find(t, &t->aside[i].h) == NULL) {
+            status = diag__try(q, t, &t->aside[i], &one, err);
+        }
+    }
+    *better = status == STEIN_OK && diag__incumbent(q, t) != best;
+    return status;
+}
+
 static stein_status expand(diag__problem *q, diag__table *t, diag__row *row, int look,
                            stein_err *err)
 {
@@ -272,6 +308,7 @@ static stein_status expand(diag__problem *q, diag__table *t, diag__row *row, int
     row->expanded |= look;
     stein_status status = diag__linearise(q, row, gain, records, &l, &why);
     int n = status == STEIN_OK ? collect(q, t, &l, list) : 0, tried = 0;
+    set_aside(q, t, row, list, n);
     int most = diag__leaves_noise(q, row) ? TRIED_NEAR : TRIED_FAR, found = 0, broken = 0;
     for (int i = 0; i < n && !found && status == STEIN_OK && !diag__is_spent(q); i++) {
         diag__row *one = NULL;
@@ -323,7 +360,10 @@ static stein_status expand_until_best(diag__problem *q, diag__table *t, stein_er
 static stein_status expand_all(diag__problem *q, diag__table *t, stein_err *err)
 {
     diag__row *again = NULL;
+    int part = 0;
     stein_status status = expand_until_best(q, t, err);
+    status = status == STEIN_OK ? try_aside(q, t, &part, err) : status;
+    status = status == STEIN_OK && part ? expand_until_best(q, t, err) : status;
     status = status == STEIN_OK ? diag__null_again(q, t, &again, err) : status;
     status = status == STEIN_OK && again != NULL ? expand_until_best(q, t, err) : status;
     const diag__row *best = diag__incumbent(q, t);
@@ -386,13 +426,23 @@ static stein_status loosen(diag__problem *q, diag__table *t, const diag__row *ro
     return had || diag__is_spent(q) ? STEIN_OK : diag__try(q, t, &rough, &one, err);
 }
 
+/* are there settings that every row takes as stated? Initial states are uncertain in all rows */
+static int has_exact_setting(const diag__problem *q)
+{
+    int yes = 0;
+    for (int i = q->n; i < q->n + q->nsetting; i++) {
+        yes |= strstr(q->candidate[i].place, ".initial.") == NULL;
+    }
+    return yes;
+}
+
 /* Settings that are off by what their digits allow, where there is something to explain: without a
  * cause, and with those of the best hypothesis beside wrong settings. */
 static stein_status with_settings(diag__problem *q, diag__table *t, stein_err *err)
 {
     const diag__row *best = diag__incumbent(q, t), *null = diag__best(q, t, 0);
     int unsure = best->h.n > 0 || best->chi2_dof > diag__most_noise(q, &q->null);
-    if (q->nsetting == 0 || !unsure) {
+    if (!has_exact_setting(q) || !unsure) {
         return STEIN_OK;
     }
     // settings that are off in every record by another amount are not explained by few causes

@@ -147,12 +147,6 @@ typedef struct diag__linear {
     const char **unseen; /* [candidates] why a candidate has no column; NULL: it has */
 } diag__linear;
 
-typedef struct diag__table {
-    diag__row **row; /* in the order of evaluation */
-    int n;
-    diag__linear last; /* linear model of the row that was expanded last */
-} diag__table;
-
 /** A hypothesis worth a fit, and where that begins. */
 typedef struct diag__proposal {
     diag__hypothesis h;
@@ -165,6 +159,16 @@ typedef struct diag__proposal {
     int held;                   /* it was proposed where an observer holds: its fit begins there */
     char source;
 } diag__proposal;
+
+enum { DIAG_ASIDE = 6 };
+/** All rows of a search. */
+typedef struct diag__table {
+    diag__row **row; /* in the order of evaluation */
+    int n;
+    diag__linear last;                /* linear model of the row that was expanded last */
+    diag__proposal aside[DIAG_ASIDE]; /* parts that were no first choice, see search.c */
+    int naside;
+} diag__table;
 
 /* ---- problem.c ---- */
 

@@ -21,6 +21,8 @@
  *   8  Explained is what leaves noise.
  *   9  A cause that acts in one record alone is named only if Student's t with n - 2 degrees of
  *      freedom, over all n records, is beyond doubt.
+ *  10  Of a clock and a number of the file without a tolerance that do as well, the number is
+ * named.
  *
  * Reasons of the thresholds: docs/diagnosis.md.
  */
@@ -118,8 +120,25 @@ static int is_certain(const diag__evidence *e, const diag__setting *s)
     return yes;
 }
 
+/* does a have the causes of b, but a number of the file without a tolerance for b's clock? */
+static int blames_number(const diag__evidence *a, const diag__evidence *b)
+{
+    int numbers = 0, clocks = 0;
+    for (int i = 0; i < a->n; i++) {
+        int same = 0;
+        for (int k = 0; k < b->n; k++) {
+            same |= a->cause[i] == b->cause[k];
+        }
+        numbers += !same && !a->named[i] && !a->tolerated[i];
+        clocks += b->clock[i];
+    }
+    return a->n == b->n && clocks == 1 && numbers == 1 && added(a, b) >= 0 && added(b, a) >= 0 &&
+           b->clock[added(b, a)];
+}
+
 /* the least objective with n causes, of several none whose amount may be 0; of two that fit equally
- * well, an effect of the table before a number of the same element. @return -1: there is none */
+ * well, an effect of the table before a number of the same element, and a number that nobody has
+ * said to be exact before a clock, which is seldom wrong. @return -1: there is none */
 static int best_of(const diag__evidence *e, int rows, int n, const diag__setting *s)
 {
     int best = -1;
@@ -134,6 +153,11 @@ static int best_of(const diag__evidence *e, int rows, int n, const diag__setting
         int better = e[i].n == n && e[i].possible && n == 1 && e[i].named[0] && !e[from].named[0] &&
                      e[i].place[0] == e[from].place[0] &&
                      e[i].objective < e[from].objective + same_fit;
+        best = better && (best == from || e[i].objective < e[best].objective) ? i : best;
+    }
+    for (int i = 0, from = best; i < rows && from >= 0; i++) {
+        int better = e[i].possible && e[i].objective < e[from].objective + diag__convincing &&
+                     is_certain(&e[i], s) && blames_number(&e[i], &e[from]);
         best = better && (best == from || e[i].objective < e[best].objective) ? i : best;
     }
     return best;

@@ -36,6 +36,7 @@ typedef struct diag__evidence {
     int scatters[DIAG_CAUSES];  /* 1: it differs from record to record by itself */
     int single[DIAG_CAUSES];    /* 1: it acts in one record alone */
     int named[DIAG_CAUSES];     /* 1: an effect of the table, 0: a number of the file */
+    int clock[DIAG_CAUSES];     /* 1: it is the time base of the records */
     int place[DIAG_CAUSES];     /* which element of the mechanism: equal numbers, equal elements */
 } diag__evidence;
 

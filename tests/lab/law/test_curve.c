@@ -54,7 +54,7 @@ static double squeal(double q, double qd)
 {
     double u = (fabs(qd) - 1.9) / 0.7;
     (void)q;
-    return qd < 0.0 ? 1.5e-3 * exp(-u * u) : -1.5e-3 * exp(-u * u);
+    return qd < 0.0 ? 2.5e-3 * exp(-u * u) : -2.5e-3 * exp(-u * u);
 }
 
 /* a hard layer inside of the felt, as a force on the weight at height q */
@@ -335,7 +335,7 @@ END_TEST
 /* a brake that bites at one speed, and harder on one side: no single state explains it all */
 static double squeal_aside(double q, double qd)
 {
-    return squeal(q, qd) * (1.0 + 0.5 * tanh(4.0 * q));
+    return 0.6 * squeal(q, qd) * (1.0 + 0.5 * tanh(4.0 * q));
 }
 
 START_TEST(a_residual_that_one_state_nearly_explains_is_not_called_its_law)

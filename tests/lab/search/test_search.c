@@ -412,12 +412,12 @@ START_TEST(an_effect_of_a_hundred_noises_is_found)
     const char *const truth[] = {g->truth, NULL};
     fitted f;
     lab_diagnosis *d = diagnose(&f, pendulum, truth, 3100);
-    ck_assert_double_gt(d->chi2_dof_before, 1e4);
+    ck_assert_double_gt(d->chi2_dof_before, 1e3);
     ck_assert_double_lt(d->chi2_dof_after, 1.1);
     ck_assert_int_eq(d->verdict, LAB_VERDICT_MISSING_EFFECT);
     ck_assert_int_eq(d->ncause, 1);
     ck_assert_cause(d, g->kind, g->amount);
-    ck_assert_double_lt(d->gain.hi, 0.05);
+    ck_assert_double_lt(d->gain.hi, 0.1);
     lab_diagnosis_destroy(d);
     drop(&f);
 }
@@ -520,7 +520,7 @@ START_TEST(reporting_records_change_no_row_and_may_withdraw_a_cause)
     ck_assert_int_eq(d[0]->nheld, REPORTING);
     ck_assert_cause(d[0], "coulomb_friction", 2e-3);
     ck_assert_str_eq(rows[0], rows[1]);
-    ck_assert_double_lt(d[0]->gain.hi, 0.6); // and they are read in the end
+    ck_assert_double_lt(d[0]->gain.hi, 0.9); // and they are read in the end
     ck_assert(!(d[1]->gain.ratio < 0.85));
     for (int i = 0; i < 2; i++) {
         free(rows[i]);

@@ -267,6 +267,28 @@ START_TEST(a_named_effect_is_preferred_to_a_number_of_the_same_element)
 }
 END_TEST
 
+START_TEST(a_number_without_a_tolerance_is_preferred_to_the_clock)
+{
+    diag__evidence e[] = {none(1000.0, far_left), one(A, 400.0, noise_left),
+                          one(B, 406.0, noise_left)};
+    e[1].clock[0] = 1;
+    e[2].named[0] = 0;
+    diag__judgement j = diag__judge(e, 3, &plain);
+    ck_assert_int_eq(j.best, 2);
+    ck_assert_int_eq(j.nrival, 1); // the clock stays its rival
+    ck_assert_int_eq(j.rival[0], 1);
+
+    e[2].objective = 412.0; // that fits worse
+    ck_assert_int_eq(diag__judge(e, 3, &plain).best, 1);
+    e[2].objective = 406.0;
+    e[2].tolerated[0] = 1; // known as well as is stated
+    ck_assert_int_eq(diag__judge(e, 3, &plain).best, 1);
+    e[2].tolerated[0] = 0;
+    e[1].clock[0] = 0; // no clock
+    ck_assert_int_eq(diag__judge(e, 3, &plain).best, 1);
+}
+END_TEST
+
 START_TEST(of_named_effects_that_fit_as_well_as_a_number_the_best_one_is_preferred)
 {
     diag__evidence e[] = {none(1000.0, far_left), one(B, 401.9, noise_left),
@@ -637,6 +659,7 @@ Suite *judge_suite(void)
     tcase_add_test(tc, the_best_row_of_a_hypothesis_stands_for_it);
     tcase_add_test(tc, an_impossible_hypothesis_is_never_best);
     tcase_add_test(tc, a_named_effect_is_preferred_to_a_number_of_the_same_element);
+    tcase_add_test(tc, a_number_without_a_tolerance_is_preferred_to_the_clock);
     tcase_add_test(tc, of_named_effects_that_fit_as_well_as_a_number_the_best_one_is_preferred);
     tcase_add_test(tc, rivals_are_within_odds_of_1_to_100_and_sorted);
     tcase_add_test(tc, rivals_come_within_what_a_cause_has_to_gain_if_more_than_noise_is_left);
