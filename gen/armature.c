@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT
  * armature.c - rotors behind gears.
  *
- * A rotor of inertia J behind a gear of ratio r turns r times as fast as its joint, so that its
- * kinetic energy is (J r^2) qd^2 / 2: the armature a = J r^2 is added to M_jj, and a qdd_j to Q_j.
- * It has no weight. Terms of the moving axis, J r (e . om) qd and J om^2, are neglected: r^2
- * outweighs them (Featherstone 2008, section 9.6, and the armature of MuJoCo's joints).
+ * A rotor of inertia J behind a gear of ratio r turns r times as fast as its joint, so its kinetic
+ * energy is (J r^2) qd^2 / 2. The armature a = J r^2 is added to M_jj, and a qdd_j to Q_j. It has
+ * no weight. Terms of the moving axis, J r (e . om) qd and J om^2, are neglected: r^2 outweighs
+ * them (Featherstone 2008, section 9.6, and the armature of MuJoCo's joints).
  */
 #include "tree.h"
 

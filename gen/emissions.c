@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * emissions.c - the functions of the emitted file in order: their parameters, notes and targets.
+ * emissions.c - the list of the functions that a generated file holds: of each its prototype, the
+ * comment above it, its results and the variables that they are assigned to.
  */
 #include <stdio.h>
 

@@ -92,8 +92,9 @@ ex ex_sub(ex_graph *g, ex a, ex b);
 ex ex_mul(ex_graph *g, ex a, ex b);
 ex ex_div(ex_graph *g, ex a, ex b);
 ex ex_neg(ex_graph *g, ex a);
-/** a b + c d and a b - c d. The order in which nodes are made is the order of the text, and C
- * leaves open which argument of a call comes first: no call has two arguments that make nodes. */
+/** a b + c d and a b - c d. The order in which nodes are made is the order of the text. C leaves
+ * open which argument of a call is evaluated first, so no call has two arguments that make nodes.
+ */
 ex ex_dot2(ex_graph *g, ex a, ex b, ex c, ex d);
 ex ex_det2(ex_graph *g, ex a, ex b, ex c, ex d);
 /** EX_SIN, EX_COS, EX_TAN or EX_SQRT of a. */

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * function.c - one function of the emitted file, and a long one as a row of parts.
  *
- * Compilers keep track of every number that is still needed, in time that grows with the square of
- * a function's length: 22 000 lines (M and c of 64 joints in space) take gcc 40 s and 700 MB. So
+ * The time of a compiler grows with the square of a function's length, since it tracks every number
+ * that is still needed. 22 000 lines (M and c of 64 joints in space) take gcc 40 s and 700 MB. So
  * the lines of a long function go, in their order, into parts of 300 lines each. A number that a
  * later part reads is handed on in an array:
  *

@@ -148,7 +148,7 @@ static stein_status check_signals(const mechanism *m, stein_err *err)
         }
     }
     for (int i = 0; i < m->nchannel; i++) {
-        if (m->channels[i].read < STEIN_READ_TIME || m->channels[i].read > STEIN_READ_REACTION) {
+        if (m->channels[i].read < 0 || m->channels[i].read >= STEIN_READ_KINDS) {
             return fail(err, STEIN_EGENERATE, "%s: unknown reading", m->channels[i].name);
         }
     }

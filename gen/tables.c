@@ -3,6 +3,7 @@
  *
  * Names from the mechanism file appear in string literals, escaped, so that no file can end one.
  */
+#include <ctype.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -277,48 +278,13 @@ static void table_loops(text *x, const tree *t, const layout *l)
     }
 }
 
-static const char *read_name(int kind)
+/* "STEIN_READ_NOTCH_FORCE" */
+static void add_read(text *x, int read)
 {
-    static const char *const name[] = {
-        [STEIN_READ_TIME] = "STEIN_READ_TIME",
-        [STEIN_READ_POSITION] = "STEIN_READ_POSITION",
-        [STEIN_READ_SPEED] = "STEIN_READ_SPEED",
-        [STEIN_READ_ACCELERATION] = "STEIN_READ_ACCELERATION",
-        [STEIN_READ_X] = "STEIN_READ_X",
-        [STEIN_READ_Y] = "STEIN_READ_Y",
-        [STEIN_READ_Z] = "STEIN_READ_Z",
-        [STEIN_READ_VX] = "STEIN_READ_VX",
-        [STEIN_READ_VY] = "STEIN_READ_VY",
-        [STEIN_READ_VZ] = "STEIN_READ_VZ",
-        [STEIN_READ_GAP] = "STEIN_READ_GAP",
-        [STEIN_READ_FORCE] = "STEIN_READ_FORCE",
-        [STEIN_READ_TANGENT] = "STEIN_READ_TANGENT",
-        [STEIN_READ_NOTCH_FORCE] = "STEIN_READ_NOTCH_FORCE",
-        [STEIN_READ_NOTCH_PHASE] = "STEIN_READ_NOTCH_PHASE",
-        [STEIN_READ_NOTCH_OVERLAP] = "STEIN_READ_NOTCH_OVERLAP",
-        [STEIN_READ_INPUT] = "STEIN_READ_INPUT",
-        [STEIN_READ_INPUT_FORCE] = "STEIN_READ_INPUT_FORCE",
-        [STEIN_READ_KINETIC] = "STEIN_READ_KINETIC",
-        [STEIN_READ_POTENTIAL] = "STEIN_READ_POTENTIAL",
-        [STEIN_READ_ROLL] = "STEIN_READ_ROLL",
-        [STEIN_READ_PITCH] = "STEIN_READ_PITCH",
-        [STEIN_READ_YAW] = "STEIN_READ_YAW",
-        [STEIN_READ_XX] = "STEIN_READ_XX",
-        [STEIN_READ_XY] = "STEIN_READ_XY",
-        [STEIN_READ_XZ] = "STEIN_READ_XZ",
-        [STEIN_READ_YX] = "STEIN_READ_YX",
-        [STEIN_READ_YY] = "STEIN_READ_YY",
-        [STEIN_READ_YZ] = "STEIN_READ_YZ",
-        [STEIN_READ_ZX] = "STEIN_READ_ZX",
-        [STEIN_READ_ZY] = "STEIN_READ_ZY",
-        [STEIN_READ_ZZ] = "STEIN_READ_ZZ",
-        [STEIN_READ_WX] = "STEIN_READ_WX",
-        [STEIN_READ_WY] = "STEIN_READ_WY",
-        [STEIN_READ_WZ] = "STEIN_READ_WZ",
-        [STEIN_READ_ANGLE] = "STEIN_READ_ANGLE",
-        [STEIN_READ_REACTION] = "STEIN_READ_REACTION",
-    };
-    return name[kind];
+    text_add(x, "STEIN_READ_");
+    for (const char *c = mech_output_kind_of(read)->name; *c != '\0'; c++) {
+        text_add(x, "%c", toupper((unsigned char)*c));
+    }
 }
 
 static void table_signals(text *x, const tree *t, const layout *l)
@@ -348,7 +314,9 @@ static void table_signals(text *x, const tree *t, const layout *l)
         text_literal(x, k->name);
         text_add(x, ", ");
         text_literal(x, k->unit);
-        text_add(x, ", %s, %d, %d, %d, %d},\n", read_name(k->read),
+        text_add(x, ", ");
+        add_read(x, k->read);
+        text_add(x, ", %d, %d, %d, %d},\n",
                  stein_reads_attitude(k->read)    ? solid_index(t, k->index)
                  : k->read == STEIN_READ_REACTION ? reactions++
                                                   : k->index,

@@ -125,6 +125,7 @@ outputs:
   back: {joint: cart, read: speed, sign: -1, zero: rest}
   shown: {input: turn, read: value}
   asked: {input: path, read: value}
+  carried: {joint: wheel, read: reaction}
 regulation:
   cart.mass: {from: 1 kg, to: 3 kg}
 EOF
@@ -136,6 +137,7 @@ done <<'EOF'
 place|along the rail
 back|speed of joint cart, counted the other way, from its value at rest
 shown|input turn
+carried|reaction of wheel
 path.speed|speed given to joint cart: where a rail leads it
 push|a hand on the hook
 pull|force on point cart.hook
@@ -145,7 +147,7 @@ EOF
 reference() { sed -n "s/.* name=\"$1\" valueReference=\"\([0-9]*\)\".*/\1/p" "$dir/cart.xml"; }
 # depends OUTPUT INPUT: does the one follow from the other at once?
 depends() { grep "<Output valueReference=\"$(reference "$1")\"" "$dir/cart.xml" | grep -qE "[\" ]$(reference "$2")[\" ]"; }
-for pair in 'shown turn' 'asked path.position' 'place path.position' 'back path.speed'; do
+for pair in 'shown turn' 'asked path.position' 'place path.position' 'back path.speed' 'carried push'; do
     # shellcheck disable=SC2086
     if depends $pair; then pass; else fail "dependencies: $pair"; fi
 done

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_outside.c - the laws that are in no table of effects (tests/reality/outside.c): they agree
- * with their formulas, they are no sum of effects of the table, the sealed answer has them in the
- * range of the strokes; and requested strokes are made in the same world.
+ * test_outside.c - the laws that are in no table of effects (tests/reality/outside.c). They agree
+ * with their formulas, they are no sum of effects of the table, and the sealed answer has them in
+ * the range of the strokes. Requested strokes are made in the same world.
  */
 #include <gsl/gsl_multifit.h>
 
@@ -111,7 +111,7 @@ typedef struct felt {
     const stein_sim *sim;
     int dip, touching;
     double share, time, since, memory; /* memory at the last event */
-    double normal[STEIN_NORMAL_SIZE], friction[4], below[2];
+    double normal[STEIN_NORMAL_SIZE], friction[STEIN_FRICTION_SIZE], below[2];
 } felt;
 
 static double memory_at(const felt *f, double t)

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_reality.c - the independent source of measurements (tests/reality): it agrees with the core
- * where nothing is hidden, every effect does something and nothing at size zero, sizes are what
- * they claim to be, and the films give nothing away.
+ * test_reality.c - the independent source of measurements (tests/reality). It agrees with the core
+ * where nothing is hidden. Every effect changes something, and nothing at size zero; sizes are as
+ * stated. The films do not contain the answer.
  */
 #include <math.h>
 #include <stdlib.h>

@@ -46,10 +46,16 @@ typedef enum {
 typedef struct lab_effect {
     const char *kind; /* stable name */
     const char *cls;  /* missing_effect, wrong_parameter, sensor, input */
+    /* group of kinds that data often cannot separate: "dissipation", "stiffness", "inertia",
+     * "geometry", "contact", "drive", "sensor", "clock", "part", "setting" */
+    const char *family;
     lab_site site;
     const char *size;      /* name of its amount */
     const char *parameter; /* path after the place, "%.damping"; NULL with `needs` */
     const char *side;      /* a second parameter that it needs, NULL: none; with `needs` its name */
+    /* the number that its amount is a share of, a path after the place: "damping" of an asymmetry.
+     * Where that number is absent there is no candidate. NULL: the amount is no share */
+    const char *share;
     const char *equation, *looks;
     const char *twins; /* kinds that data often cannot distinguish from it; "" none */
     const char *needs; /* "structure": one more part or degree of freedom (lab_candidate_open).
@@ -67,11 +73,9 @@ const lab_effect *lab_effect_find(const char *kind);
 int lab_effect_is_compliance(const lab_effect *effect);
 /** Does a word select it: its kind, its class, its site ("joint", "channel" ...) or "all"? */
 int lab_effect_is(const lab_effect *effect, const char *word);
-/** The number that its amount is a share of, a path after the place: "damping" of an asymmetry.
- *  Where that number is absent there is no candidate. NULL: the amount is no share. */
+/** Its field `share`. */
 const char *lab_effect_share(const lab_effect *effect);
-/** Group of kinds that data often cannot separate: "dissipation", "stiffness",
- *  "inertia", "geometry", "contact", "drive", "sensor", "clock", "part", "setting". */
+/** Its field `family`; "unknown" for NULL. */
 const char *lab_effect_family(const lab_effect *effect);
 /** "joint", "body", "contact" ... */
 const char *lab_site_text(lab_site site);
@@ -110,8 +114,8 @@ int lab_candidate_acts(const lab_candidate *candidate, int number);
 const char *lab_candidate_scope(const lab_candidate *candidate, char text[LAB_PLACE]);
 
 /** All candidates of a mechanism, from its structure. Limits follow from its weights and springs
- * and from one run with the file's own numbers. No two candidates have the same effect: a number of
- * the file with exactly the same effect (the height of a felt and its gap) is an alias of the
+ * and from one run with the file's own numbers. No two candidates have the same effect. A number of
+ * the file with exactly the same effect, as the height of a felt and its gap, is an alias of the
  * candidate. Effects with `needs` have no parameter before lab_candidate_open (nparam 0).
  *  @param list  out, freed by the caller with free()
  *  @return OK, ENOMEM, numerical failures of that run */

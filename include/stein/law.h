@@ -28,10 +28,10 @@ double stein_normal_force(const double *law, double x, double xdot);
 /** Friction coefficient mu(v) = A (tanh u + B1 u / (1 + B2 u^4)), u = v / vt; odd in v.
  *  The second term peaks at u = (1/(3 B2))^(1/4) with height 3/4 B1 u: the static surplus.
  *  The same shape is a joint's friction torque with A in N m (N) and vt in rad/s (m/s).
- *  @param law  A [-, N m or N], vt [m/s or rad/s, > 0], B1 [-], B2 [-]
+ *  @param law  a STEIN_FRICTION block: A [-, N m or N], vt [m/s or rad/s, > 0], B1 [-], B2 [-]
  *  @param v    sliding speed [m/s or rad/s]
  *  @return mu with the sign of v; the force is -mu f_n */
-double stein_friction(const double law[4], double v);
+double stein_friction(const double *law, double v);
 
 /** Friction that sticks (`stick: yes`) has no tanh. A sliding place has mu = A against the sliding,
  * at any speed. A place at rest holds up to
@@ -41,7 +41,7 @@ double stein_friction(const double law[4], double v);
  *  the peak of the smooth law above. vt is not used; without B2 there is no
  * surplus.
  *  @param law  as of stein_friction  @return mu_s, in units of A */
-double stein_stick_limit(const double law[4]);
+double stein_stick_limit(const double *law);
 
 /** Force or torque in a joint at q, qd, all that acts there by itself:
  *

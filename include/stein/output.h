@@ -10,6 +10,8 @@
 extern "C" {
 #endif
 
+/* Kinds of outputs. Their names, units and elements are a table, src/model/output_kinds.c. Kinds
+ * that share a line stay together in this order; a new one goes to the end. */
 /* clang-format off */
 typedef enum {
     STEIN_READ_TIME,
@@ -34,6 +36,7 @@ typedef enum {
     STEIN_READ_REACTION /* index into reactions */
 } stein_read_kind;
 /* clang-format on */
+enum { STEIN_READ_KINDS = STEIN_READ_REACTION + 1 };
 
 /** Reaction of a joint or a loop. Joint: the force of the parent on the child at the child's
  *  origin, and the moment about that origin. Loop: the force of the first point's body on the

@@ -85,44 +85,8 @@ const char *check__target_or_all(const mechanism *m, const mech_channel *c)
 
 const char *check__output_kind(int read)
 {
-    static const char *const text[] = {"time",
-                                       "position",
-                                       "speed",
-                                       "acceleration",
-                                       "x",
-                                       "y",
-                                       "z",
-                                       "vx",
-                                       "vy",
-                                       "vz",
-                                       "gap",
-                                       "force",
-                                       "friction",
-                                       "force",
-                                       "phase",
-                                       "overlap",
-                                       "value",
-                                       "force",
-                                       "kinetic energy",
-                                       "potential energy",
-                                       "roll",
-                                       "pitch",
-                                       "yaw",
-                                       "xx",
-                                       "xy",
-                                       "xz",
-                                       "yx",
-                                       "yy",
-                                       "yz",
-                                       "zx",
-                                       "zy",
-                                       "zz",
-                                       "wx",
-                                       "wy",
-                                       "wz",
-                                       "angle",
-                                       "reaction"};
-    return text[read];
+    const mech_output_kind *kind = mech_output_kind_of(read);
+    return kind->of == MECH_AN_ENERGY ? kind->about : kind->word;
 }
 
 /* the generated functions in the order they are listed */

@@ -3,15 +3,16 @@
  *
  *      R = Rz(chart) Rx(a) Ry(b) Rz(c)      from the body's axes to those of its parent
  *
- * For a fixed chart three angles a, b, c are coordinates as any others: the equations, steps and
- * dense output know nothing of balls. Their axes are parallel where |sin b| = 1, that is, where z
- * of the body points along x of the chart. Before, at the end of a step, the chart is turned about
- * z until they are at right angles: b = 0. Attitude and turning speed stay what they are. Whole
- * turns of a and c are taken off, because large angles are rounded more.
+ * The chart is the first of four angles of a ball joint, and is constant during a motion. The other
+ * three, a, b, c, are ordinary coordinates. The equations, steps and dense output have no special
+ * case for balls. The axes of a and c are parallel where |sin b| = 1, that is, where z of the body
+ * points along x of the chart. Before that, at the end of a step, the chart is turned about z until
+ * b = 0; attitude and angular velocity do not change. Whole turns of a and c are subtracted,
+ * because large angles are rounded more.
  *
  * Rejected: quaternions. Their speeds are not their derivatives. Integrators, dense output,
  * derivatives and every reader of q and qd would have to know which coordinates are one, and
- * steps would need a projection. Here nothing but the end of a step does.
+ * steps would need a projection. With a chart only the end of a step has a special case.
  *
  * The chart is one of the coordinates, so that a saved state has it. What a step does depends on
  * the state alone.

@@ -163,26 +163,32 @@ INNER void stein__pairs_prepare(stein_sim *sim)
 
 #if STEIN_LANES == 1
 
-/* a site as place k of a group, and in the unused places behind it */
+/* a site as place k of a group */
 static void put_in_lane(stein__group *g, int k, const site *s)
 {
     const pair *p = &s->pair;
-    for (; k < STEIN__MOST_TOGETHER; k++) {
-        for (int side = 0; side < 2; side++) {
-            g->at[2 * side].of[k] = s->at[side].x;
-            g->at[2 * side + 1].of[k] = s->at[side].z;
-            g->pose[k][side] = &p->pose[side]->x;
-            g->wrench[k][side] =
-                side == 1 && p->frame[side] < 0 ? NULL : &p->wrench[side]->x; // at -1 the frame's
-        }
-        g->line[0].of[k] = s->n.x;
-        g->line[1].of[k] = s->n.z;
-        g->reach.of[k] = s->reach;
-        for (int i = 0; i < STEIN_NORMAL_SIZE; i++) {
-            g->normal[i].of[k] = p->normal[i];
-        }
-        g->level.of[k] = p->friction[STEIN_FRICTION_A];
-        g->inverse_vt.of[k] = p->inverse_vt;
+    for (int side = 0; side < 2; side++) {
+        g->at[2 * side].of[k] = s->at[side].x;
+        g->at[2 * side + 1].of[k] = s->at[side].z;
+        g->pose[k][side] = &p->pose[side]->x;
+        g->wrench[k][side] =
+            side == 1 && p->frame[side] < 0 ? NULL : &p->wrench[side]->x; // at -1 the frame's
+    }
+    g->line[0].of[k] = s->n.x;
+    g->line[1].of[k] = s->n.z;
+    g->reach.of[k] = s->reach;
+    for (int i = 0; i < STEIN_NORMAL_SIZE; i++) {
+        g->normal[i].of[k] = p->normal[i];
+    }
+    g->level.of[k] = p->friction[STEIN_FRICTION_A];
+    g->inverse_vt.of[k] = p->inverse_vt;
+}
+
+/* the unused places of a group */
+static void fill_lanes(stein__group *g, int most, const site *last)
+{
+    for (int k = g->n; k < most; k++) {
+        put_in_lane(g, k, last);
     }
 }
 
@@ -190,11 +196,15 @@ static void put_in_lane(stein__group *g, int k, const site *s)
 static void list_active(stein_sim *sim)
 {
     int room = 0, n = -1; // places left in the last group, the last group
+    const site *last = NULL;
     sim->nactive = 0;
     for (int i = 0; i < sim->nsite; i++) {
         const site *s = &sim->site[i];
         if (!sim->mode[s->guard]) {
             continue;
+        }
+        if (room > 0 && s->kind == ANY_SITE) {
+            fill_lanes(&sim->group[n], sim->kernel.most, last);
         }
         if (s->kind == ANY_SITE) {
             sim->active[sim->nactive++] = i;
@@ -209,7 +219,11 @@ static void list_active(stein_sim *sim)
         stein__group *g = &sim->group[n];
         put_in_lane(g, g->n, s);
         g->site[g->n++] = i;
+        last = s;
         room--;
+    }
+    if (room > 0) {
+        fill_lanes(&sim->group[n], sim->kernel.most, last);
     }
 }
 

@@ -228,6 +228,8 @@ INNER stein_status stein__evaluate(stein_sim *sim, real t, const real *q, const 
 int stein__solved(stein_sim *sim, double *b);
 #endif
 stein_status stein__refresh(stein_sim *sim, stein_err *err);
+/* behind a switch within a step: qdd, and what sticks or follows the motion asks for */
+stein_status stein__restart(stein_sim *sim, stein_err *err);
 /* xq, xqd and poses of the current state, without its forces */
 void stein__place(stein_sim *sim);
 
@@ -310,7 +312,8 @@ double stein__angle(double y, double x);
 #endif
 
 /* trial.c: a trial step of h from the state {q, qd} at t, whose qdd is known, to q1, qd1, qdd1 and
- * the guards there; where it began stays in q0, qd0, qdd0 */
+ * the guards there; where it began stays in q0, qd0, qdd0. Alone where modes switch at its end
+ * (switches_at_end) only to q1, qd1. */
 #if STEIN_LANES > 0
 INNER stein_status stein__trial(stein_sim *sim, real t, real h, stein_err *err);
 #endif
@@ -376,10 +379,12 @@ static inline void stein__end_run(stein_sim *sim, double t_end)
  * explicit; qd may be
  * NULL */
 INNER void stein__interpolate(const stein_sim *sim, real h, double theta, real *q, real *qd);
-/* all guards at q; the poses are those of q, at rest, then */
+/* the poses of q, at rest */
+INNER void stein__pose_at(stein_sim *sim, const real *q);
+/* them, and all guards there */
 INNER void stein__guards(stein_sim *sim, const real *q, real *guard);
 #endif
-double stein__guard(stein_sim *sim, const double *q, int i); /* one of them */
+double stein__guard(const stein_sim *sim, int i); /* one of them, at the last poses */
 
 /* step.c: can a run from where the simulation is end at t_end? @return OK, EINVAL */
 stein_status stein__check_end(const stein_sim *sim, double t_end, stein_err *err);

@@ -52,8 +52,7 @@ INNER void stein__interpolate(const stein_sim *sim, real h, double theta, real *
     }
 }
 
-/* poses of what rests at q */
-static void pose_at(stein_sim *sim, const real *q)
+INNER void stein__pose_at(stein_sim *sim, const real *q)
 {
     const stein_model *model = sim->model;
     if (model->nframe > 0) {
@@ -71,7 +70,7 @@ static void pose_at(stein_sim *sim, const real *q)
 INNER void stein__guards(stein_sim *sim, const real *q, real *guard)
 {
     const stein_model *model = sim->model;
-    pose_at(sim, q);
+    stein__pose_at(sim, q);
     for (int i = 0; i < model->nspot; i++) {
         guard[i] = stein__spot_guard(sim, i);
     }
@@ -83,10 +82,9 @@ INNER void stein__guards(stein_sim *sim, const real *q, real *guard)
 
 #if STEIN_LANES == 1
 
-double stein__guard(stein_sim *sim, const double *q, int i)
+double stein__guard(const stein_sim *sim, int i)
 {
     int nspot = sim->model->nspot;
-    pose_at(sim, q);
     if (i < nspot) {
         return stein__spot_guard(sim, i);
     }

@@ -74,3 +74,17 @@ stein_status stein__refresh(stein_sim *sim, stein_err *err)
     }
     return STEIN_OK;
 }
+
+stein_status stein__restart(stein_sim *sim, stein_err *err)
+{
+    const stein_model *model = sim->model;
+    if (model->nrow > 0 || model->nstick > 0 || sim->follower != NULL) {
+        return stein__refresh(sim, err);
+    }
+    stein__find_active(sim);
+    sim->inside = IN_STAGE;
+    stein_status status = stein__evaluate(sim, sim->head->t, sim->q, sim->qd, sim->qdd, err);
+    sim->inside = AT_END;
+    sim->fresh = status == STEIN_OK ? KNOWN : STALE;
+    return status;
+}

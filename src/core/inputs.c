@@ -134,8 +134,8 @@ INNER void stein__prescribe(stein_sim *sim, real *M, real *b)
 {
     int nq = sim->model->nq;
     for (int j = 0; j < nq; j++) {
-        real value;
-        mask on = is_given(sim, j, &value);
+        real value = same(0.0);
+        mask on = sim->motions ? is_given(sim, j, &value) : mask_of(sim->held[j]);
         if (any(on)) {
             prescribe(nq, M, b, j, on, value);
         }

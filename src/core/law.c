@@ -8,7 +8,7 @@ double stein_normal_force(const double *law, double x, double xdot)
     return stein__normal(law, stein__normal_parts(law), x, xdot);
 }
 
-double stein_friction(const double law[4], double v)
+double stein_friction(const double *law, double v)
 {
     if (law[STEIN_FRICTION_A] == 0.0) {
         return 0.0;
@@ -17,7 +17,7 @@ double stein_friction(const double law[4], double v)
     return stein__mu(law, stein__friction_parts(law), u, stein__tanh(u));
 }
 
-double stein_stick_limit(const double law[4])
+double stein_stick_limit(const double *law)
 {
     return stein__stick_limit(law);
 }

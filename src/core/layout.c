@@ -177,6 +177,9 @@ static void carve_all(stein_sim *s, arena *a, const stein_model *m)
     s->zero = reals(a, 3 * nq + STEIN__SUMS);
     s->work = doubles(a, nq * nq + 2 * nq);
     s->root = doubles(a, s->nswitch);
+    s->from = doubles(a, s->nswitch);
+    s->to = doubles(a, s->nswitch);
+    s->behind = doubles(a, s->nswitch);
     s->pivot = carve(a, sizeof *s->pivot * (size_t)nq);
     s->crossed = carve(a, (size_t)s->nswitch);
     carve_loops(&s->loop, a, m);

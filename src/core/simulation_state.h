@@ -239,6 +239,7 @@ struct stein_sim {
     stein_step_counts counts;  /* those that were taken */
     stein__implicit *implicit; /* NULL: none */
     place_in_step inside;
+    int switches_at_end; /* 1: modes switch at the end of the trial step: no qdd and guards there */
 
     /* workspace */
     stein_pose *pose; /* [nframe], and at -1 that of the fixed frame */
@@ -264,6 +265,7 @@ struct stein_sim {
     real *zero;                   /* [3*nq+STEIN__SUMS] */
     double *work;                 /* [nq*nq + 2*nq] */
     double *root;                 /* [nswitch] */
+    double *from, *to, *behind;   /* [nswitch] guards at both ends of a search, behind a root */
     int *pivot;                   /* [nq] */
     unsigned char *crossed;       /* [nswitch] guards that switch at the located root */
     stein__loops loop;

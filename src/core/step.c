@@ -7,8 +7,8 @@
  * methods (implicit.c has its own).
  *
  * A step that ends with a guard on the other side of its mode is rejected and repeated up to the
- * first root of that guard. There the mode flips, the derivative is evaluated again and the rest
- * of the step follows.
+ * first root of that guard. There the mode flips, the derivative is evaluated with the new mode
+ * only, and the rest of the step follows.
  * So no Runge-Kutta step ever spans a switch of the force laws, and event times are
  * as accurate as the method. Stepping over a switch would cost the order and, at escapement where
  * the force jumps, any accuracy at all.
@@ -22,9 +22,12 @@
 
 #include "core.h"
 
-static const double of_balls = 0.1;     /* of the tolerance: errors of each turn add up */
-static const double just_behind = 1e-3; /* the begin of a step, in steps */
-static const double at_once = 1e-12;    /* events that far apart are one, in steps */
+static const double of_balls = 0.1;       /* of the tolerance: errors of each turn add up */
+static const double just_behind = 1e-3;   /* the begin of a step, in steps */
+static const double at_once = 1e-12;      /* events that far apart are one, in steps */
+static const double same_place = 0.5e-13; /* half a bracket that is a root, in steps */
+static const double last_change = 1e-9; /* by interpolation, in steps: the error is of its square */
+static const double rounded = 1e-10;    /* of its change in a step: a slow guard, rounding errors */
 static const double sure = 1e-7; /* a root that far behind another one, in steps, is not it */
 enum { LOCATED = 2, LOCATED_STICKING = 200, MAX_ROOT_ITERATIONS = 80 };
 
@@ -40,14 +43,21 @@ void stein__guards_inside(stein_sim *sim, double h, double theta)
     (void)stein__evaluate(sim, t, sim->xq, sim->xqd, sim->hold.qdd, NULL);
 }
 
+/* positions at theta of the trial step, at rest */
+static void pose_inside(stein_sim *sim, double h, double theta)
+{
+    stein__interpolate(sim, h, theta, sim->xq, NULL);
+    stein__pose_at(sim, sim->xq);
+}
+
 double stein__guard_at(stein_sim *sim, double h, double theta, int i)
 {
     if (i >= sim->nguard) {
         stein__guards_inside(sim, h, theta);
         return sim->guard[i];
     }
-    stein__interpolate(sim, h, theta, sim->xq, NULL);
-    return stein__guard(sim, sim->xq, i);
+    pose_inside(sim, h, theta);
+    return stein__guard(sim, i);
 }
 
 /* is guard i with the value g on the other side of its mode? */
@@ -56,51 +66,64 @@ static int is_beyond(const stein_sim *sim, int i, double g)
     return i < sim->nguard ? (g > 0.0) != sim->mode[i] : g < 0.0;
 }
 
-static int is_beyond_at(stein_sim *sim, double h, double theta, int i)
-{
-    return is_beyond(sim, i, stein__guard_at(sim, h, theta, i));
-}
-
 static int is_crossed(const stein_sim *sim, int i)
 {
     return is_beyond(sim, i, sim->guard[i]);
 }
 
-/* root of guard i in begin..end of the trial step: regula falsi with the Illinois change, kept in
- * the bracket */
-static double root(stein_sim *sim, double h, double begin, double end, int i, double g1)
+/* a guard at a place of the trial step */
+typedef struct sample {
+    double theta, g;
+} sample;
+
+/* Where between a and b, as a share of the way from a, the root is by inverse quadratic
+ * interpolation with c; 0.5 where that is no good (Chandrupatla 1997) */
+static double share_of_way(sample a, sample b, sample c)
 {
-    double lo = begin, hi = end, glo = stein__guard_at(sim, h, begin, i), ghi = g1;
-    if (i >= sim->nguard && !(glo > 0.0)) { // a place that has just let go is at rest
-        lo = begin + just_behind * (end - begin);
-        glo = stein__guard_at(sim, h, lo, i);
+    double part = (a.theta - b.theta) / (c.theta - b.theta), fall = (a.g - b.g) / (c.g - b.g);
+    if (!(fall * fall < part && (1.0 - fall) * (1.0 - fall) < 1.0 - part)) {
+        return 0.5;
     }
-    if ((glo > 0.0) == (ghi > 0.0)) {
-        return begin; // on the wrong side from the start, by rounding: switch at once
+    double share = a.g / (b.g - a.g) * c.g / (b.g - c.g) + (c.theta - a.theta) /
+                                                               (b.theta - a.theta) * a.g /
+                                                               (c.g - a.g) * b.g / (c.g - b.g);
+    return share > 0.0 && share < 1.0 ? share : 0.5;
+}
+
+/* Root of guard i of the trial step between a and b. The search ends where the next interpolation
+ * moves so little that its error is below rounding, and where the guard no longer falls: it then
+ * consists of rounding errors of positions, in a slow contact over many such places. */
+static double root(stein_sim *sim, double h, int i, sample a, sample b)
+{
+    if (i >= sim->nguard && !(a.g > 0.0)) { // a place that has just let go is at rest
+        a.theta += just_behind * (b.theta - a.theta);
+        a.g = stein__guard_at(sim, h, a.theta, i);
     }
-    int side = 0;
-    for (int n = 0; n < MAX_ROOT_ITERATIONS && hi - lo > 1e-13; n++) {
-        double theta = (lo * ghi - hi * glo) / (ghi - glo);
-        if (!(theta > lo && theta < hi) || n % 8 == 7) {
-            theta = 0.5 * (lo + hi);
+    if ((a.g > 0.0) == (b.g > 0.0)) {
+        return a.theta; // on the wrong side from the start, by rounding: switch at once
+    }
+    double small = rounded * (fabs(a.g) + fabs(b.g)), share = a.g / (a.g - b.g);
+    sample least = {a.theta, INFINITY};
+    int stuck = 0; // looks in a row that brought it no nearer to 0
+    for (int n = 0; n < MAX_ROOT_ITERATIONS; n++) {
+        double theta = a.theta + share * (b.theta - a.theta);
+        sample x = {theta, stein__guard_at(sim, h, theta, i)};
+        stuck = fabs(least.g) < small && fabs(x.g) > 0.5 * fabs(least.g) ? stuck + 1 : 0;
+        least = fabs(x.g) < fabs(least.g) ? x : least;
+        if (x.g == 0.0 || stuck > 1) {
+            return least.theta;
         }
-        double g = stein__guard_at(sim, h, theta, i);
-        if (g == 0.0) {
-            return theta;
-        }
-        if ((g > 0.0) == (ghi > 0.0)) {
-            hi = theta;
-            ghi = g;
-            glo *= side == 1 ? 0.5 : 1.0;
-            side = 1;
-        } else {
-            lo = theta;
-            glo = g;
-            ghi *= side == -1 ? 0.5 : 1.0;
-            side = -1;
+        int beyond = (x.g > 0.0) != (a.g > 0.0);
+        sample c = beyond ? b : a;
+        b = beyond ? a : b;
+        a = x;
+        share = share_of_way(a, b, c);
+        double change = share * (b.theta - a.theta);
+        if (fabs(change) < (share == 0.5 ? same_place : last_change)) {
+            return a.theta + change;
         }
     }
-    return 0.5 * (lo + hi);
+    return least.theta;
 }
 
 static void emit(stein_sim *sim, stein_event_kind kind, int index, int phase)
@@ -177,42 +200,107 @@ void stein__mark_crossed(stein_sim *sim)
     }
 }
 
-/* a guard before guard i whose root is known and is that of i: the edges of a notch are one corner.
- * -1: none */
-static int twin_of(stein_sim *sim, double h, int i)
+/* the guards in crossed[] at theta of the trial step, and some others, into value [nswitch] */
+static void look_at_crossed(stein_sim *sim, double h, double theta, double *value)
 {
-    for (int k = 0; k < i && i < sim->nguard; k++) {
-        if (sim->crossed[k] && fabs(sim->guard[k]) == fabs(sim->guard[i])) {
-            double theta = sim->root[k];
-            double one = fabs(stein__guard_at(sim, h, theta, k));
-            return one == fabs(stein__guard_at(sim, h, theta, i)) ? k : -1;
+    int nspot = sim->model->nspot, sticking = 0;
+    pose_inside(sim, h, theta);
+    for (int i = 0; i < nspot; i++) {
+        value[i] = sim->crossed[i] ? stein__spot_guard(sim, i) : 0.0;
+    }
+    for (int i = 0; i < sim->model->nnotch; i++) {
+        double overlap;
+        stein__notch_guards(sim, i, value + nspot + NOTCH_GUARDS * i, &overlap);
+    }
+    for (int i = sim->nguard; i < sim->nswitch; i++) {
+        sticking |= sim->crossed[i];
+    }
+    if (sticking) {
+        stein__guards_inside(sim, h, theta);
+        copy(value + sim->nguard, sim->guard + sim->nguard, sim->model->nstick);
+    }
+}
+
+/* the crossed guard that is 0 first if all are straight between `from` and `to` [nswitch]; -1:
+ * there is none */
+static int likely_first(const stein_sim *sim, const double *from, const double *to)
+{
+    int first = -1;
+    double least = INFINITY;
+    for (int i = 0; i < sim->nswitch; i++) {
+        if (sim->crossed[i]) {
+            int straight = (from[i] > 0.0) != (to[i] > 0.0);
+            double theta = straight ? from[i] / (from[i] - to[i]) : 0.0;
+            first = theta < least ? i : first;
+            least = fmin(theta, least);
+        }
+    }
+    return first;
+}
+
+/* Is guard i that of guard k, or the opposite of it, at the root of k, where they are `there`? The
+ * edges of a notch are one corner. */
+static int is_twin(const stein_sim *sim, int i, int k, const double *there)
+{
+    return i < sim->nguard && k < sim->nguard && fabs(there[i]) == fabs(there[k]);
+}
+
+/* a guard before guard i, not k, whose root is known and is that of i; -1: none */
+static int twin_before(stein_sim *sim, double h, int i, int k)
+{
+    for (int j = 0; j < i && i < sim->nguard; j++) {
+        if (sim->crossed[j] && j != k && sim->root[j] < 2.0) {
+            pose_inside(sim, h, sim->root[j]);
+            if (fabs(stein__guard(sim, i)) == fabs(stein__guard(sim, j))) {
+                return j;
+            }
         }
     }
     return -1;
 }
 
+/* The root of guard k is known: those of the other guards in crossed[], 2 where it is behind that
+ * one. What is on its side just behind the root of k is not first; of the rest that place is the
+ * end of the bracket. */
+static void find_others(stein_sim *sim, double h, double begin, double end, int k)
+{
+    double *theta = sim->root, *behind = sim->behind, beside = fmin(theta[k] + sure, end);
+    look_at_crossed(sim, h, theta[k], behind);
+    for (int i = 0; i < sim->nswitch; i++) {
+        theta[i] = sim->crossed[i] && is_twin(sim, i, k, behind) ? theta[k] : 2.0;
+    }
+    look_at_crossed(sim, h, beside, behind);
+    for (int i = 0; i < sim->nswitch; i++) {
+        if (sim->crossed[i] && i != k && theta[i] > 1.0 && is_beyond(sim, i, behind[i])) {
+            sample from = {begin, sim->from[i]}, to = {beside, behind[i]};
+            int twin = twin_before(sim, h, i, k);
+            theta[i] = twin >= 0 ? theta[twin] : root(sim, h, i, from, to);
+        }
+    }
+}
+
+/* The root that is probably the first one is located first. */
 double stein__first_root(stein_sim *sim, double h, double begin, double end)
 {
     int n = sim->nswitch;
-    double *theta = sim->root;
-    double first = 2.0;
+    double *theta = sim->root, at_k, first = 2.0;
     stein__mark_crossed(sim);
+    copy(sim->to, sim->guard, n);
+    look_at_crossed(sim, h, begin, sim->from);
+    int k = likely_first(sim, sim->from, sim->to), others = 0;
+    if (k < 0) {
+        return first;
+    }
+    theta[k] = at_k = root(sim, h, k, (sample){begin, sim->from[k]}, (sample){end, sim->to[k]});
     for (int i = 0; i < n; i++) {
-        theta[i] = sim->guard[i]; // its value at the end, until the root is known
+        others |= sim->crossed[i] && i != k;
+    }
+    if (others) {
+        find_others(sim, h, begin, end, k);
+        theta[k] = at_k;
     }
     for (int i = 0; i < n; i++) {
-        if (!sim->crossed[i]) {
-            continue;
-        }
-        int twin = twin_of(sim, h, i);
-        if (twin >= 0) {
-            theta[i] = theta[twin];
-        } else if (first < end && !is_beyond_at(sim, h, fmin(first + sure, end), i)) {
-            sim->crossed[i] = 0; // its root is behind the first one
-        } else {
-            theta[i] = root(sim, h, begin, end, i, theta[i]);
-            first = fmin(first, theta[i]);
-        }
+        first = sim->crossed[i] ? fmin(first, theta[i]) : first;
     }
     for (int i = 0; i < n; i++) {
         sim->crossed[i] = sim->crossed[i] && theta[i] - first <= at_once;
@@ -321,7 +409,10 @@ static int most_located(const stein_sim *sim)
 /* sub-step n towards `target`: all the way, or to the first event and its switch */
 static stein_status substep_in_chart(stein_sim *sim, double target, int n, stein_err *err)
 {
-    stein_status status = sim->fresh == STALE ? stein__refresh(sim, err) : STEIN_OK;
+    stein_status status = STEIN_OK;
+    if (sim->fresh == STALE) {
+        status = n > 0 ? stein__restart(sim, err) : stein__refresh(sim, err);
+    }
     if (status != STEIN_OK) {
         return status;
     }
@@ -349,7 +440,10 @@ static stein_status substep_in_chart(stein_sim *sim, double target, int n, stein
     }
     if (moves) {
         double t1 = sim->head->t + theta * h;
+        // forces behind the switch follow; what sticks or follows the motion asks for those before
+        sim->switches_at_end = t1 < target && sim->model->nstick == 0 && sim->follower == NULL;
         status = stein__try(sim, t1 - sim->head->t, 0, err);
+        sim->switches_at_end = 0;
         if (status != STEIN_OK) {
             return status;
         }

@@ -62,6 +62,13 @@ static double slope(const touch *t, double x, double rate, double dx, double dra
            (dx + drate);
 }
 
+/* K and B at the depth x */
+static void slopes(const touch *t, double x, double *K, double *B)
+{
+    *K = fmax(slope(t, x, t->rate, little, 0.0), 0.0);
+    *B = fmax(slope(t, x, t->rate, 0.0, slow), 0.0);
+}
+
 static tangent linear(const touch *t, double h, double x)
 {
     double K = slope(t, x, t->rate, little, 0.0), missing = 0.0;
@@ -75,20 +82,22 @@ static tangent linear(const touch *t, double h, double x)
                      .spring = fmax(slope(t, x, 0.0, little, 0.0), 0.0)};
 }
 
-/* p [nq] into Q, 1/m along it; M is factored */
+/* p [nq] into Q, 1/m along it; M = L^T D L is factored */
 static double per_mass(stein_sim *sim, const touch *t, const double *M)
 {
-    int n = sim->model->nq;
-    double *p = sim->Q, *y = sim->e, sum = 0.0;
+    int n = sim->model->nq, given = stein__prescribes(sim);
+    double *p = sim->Q, *y = sim->e, sum = 0.0; // y = L^-T p
     memset(p, 0, sizeof *p * (size_t)n);
     stein__probe(sim, t, 0);
     for (int j = 0; j < n; j++) {
-        p[j] = stein__driver_of(sim, j) == STEIN__FREE ? p[j] : 0.0;
+        p[j] = given && stein__is_driven(sim, j) ? 0.0 : p[j];
         y[j] = p[j];
     }
-    stein__substitute(n, sim->parent, M, sim->inverse, y, 1);
-    for (int j = 0; j < n; j++) {
-        sum += p[j] * y[j];
+    for (int k = n - 1; k >= 0; k--) {
+        for (int i = sim->parent[k]; i >= 0; i = sim->parent[i]) {
+            y[i] -= M[k * n + i] * y[k];
+        }
+        sum += y[k] * y[k] * sim->inverse[k];
     }
     return sum;
 }
@@ -177,9 +186,13 @@ static stein_status step_implicitly(stein_sim *sim, double target, stein_err *er
     return status;
 }
 
+/* what touches where the step begins; the guards stay those of its end */
 static stein_status evaluate(stein_sim *sim, stein_err *err)
 {
-    return stein__evaluate(sim, sim->head->t, sim->q, sim->qd, sim->qdd, err);
+    sim->inside = INSIDE;
+    stein_status status = stein__evaluate(sim, sim->head->t, sim->q, sim->qd, sim->qdd, err);
+    sim->inside = AT_END;
+    return status;
 }
 
 /* ---- abrupt steps ---- */
@@ -194,8 +207,9 @@ static int is_too_long(stein_sim *sim, double h, double share)
     for (int k = 0; k < sim->ntouch; k++) {
         const touch *t = &sim->touch[k];
         if (touches_within(t, h)) {
-            tangent f = linear(t, h, fmax(fmax(t->depth, t->depth + share * h * t->rate), little));
-            if (h * (f.B + h * f.K) * per_mass(sim, t, sim->work) > too_long) {
+            double K, B;
+            slopes(t, fmax(fmax(t->depth, t->depth + share * h * t->rate), little), &K, &B);
+            if (h * (B + h * K) * per_mass(sim, t, sim->work) > too_long) {
                 return 1;
             }
         }
@@ -214,10 +228,6 @@ stein_status stein__take_abrupt(stein_sim *sim, double target, int lost, int *ta
         return status;
     }
     *taken = is_too_long(sim, h, lost ? 1.0 : 0.5);
-    if (!*taken && !lost) {
-        stein__guards_inside(sim, h, 1.0);
-        return STEIN_OK;
-    }
     status = *taken ? evaluate(sim, err) : STEIN_OK;
     return status == STEIN_OK && *taken ? step_implicitly(sim, target, err) : status;
 }
@@ -256,7 +266,7 @@ stein_status stein__take_rest(stein_sim *sim, double target, stein_err *err)
     int over = is_over(sim, h);
     if (!over && only_met(sim)) {
         stein__flip_crossed(sim);
-        status = stein__refresh(sim, err);
+        status = stein__restart(sim, err);
         status = status == STEIN_OK ? stein__try(sim, h, 0, err) : status;
         if (status != STEIN_OK) {
             return status;

@@ -1,9 +1,13 @@
 /* SPDX-License-Identifier: MIT
  * tangent.c - derivatives of all forces along a direction: contacts, notches, links, joints, tables
- * and inputs, compiled once more with numbers that carry their derivative (tangent.h).
+ * and inputs.
+ *
+ * The sources of these forces are included below and so compiled a second time, with numbers that
+ * carry their derivative (STEIN_LANES 0, tangent.h). So no force is written twice.
  *
  * A direction is a change of q, qd, of the derived constants d and, with them, of the poses of the
- * bodies, which generated code works out. Guard memory is as it is, so everything is smooth.
+ * bodies, which generated code computes. The modes of contacts and notches are held, so that the
+ * forces are smooth.
  */
 #define STEIN_LANES 0
 

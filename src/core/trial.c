@@ -214,6 +214,14 @@ INNER stein_status stein__trial(stein_sim *sim, real t, real h, stein_err *err)
         return status;
     }
 #endif
+#if STEIN_LANES == 1
+    if (sim->switches_at_end) {
+        stein__drive_from(sim, t + h, sim->xq, sim->xqd);
+        copy(sim->q1, sim->xq, nq);
+        copy(sim->qd1, sim->xqd, nq);
+        return STEIN_OK;
+    }
+#endif
     status = derive(sim, MAX_STAGES, t + h, err);
     if (status != STEIN_OK) {
         return status;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * wrench.h - forces with their moments in space, and the vectors of reaction.c.
+ * wrench.h - forces with their moments in space, and the vector operations that they need.
  * Included by: this folder.
  */
 #ifndef STEIN_WRENCH_H

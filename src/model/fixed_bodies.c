@@ -88,9 +88,8 @@ static void move_references(mechanism *m, const moved *w)
     }
     for (int i = 0; i < m->nchannel; i++) {
         mech_channel *c = &m->channels[i];
-        int of_joint = c->read == STEIN_READ_REACTION && !c->loop;
-        if ((c->read >= STEIN_READ_POSITION && c->read <= STEIN_READ_ACCELERATION) ||
-            stein_reads_attitude(c->read) || c->read == STEIN_READ_ANGLE || of_joint) {
+        mech_thing of = mech_output_kind_of(c->read)->of;
+        if (!c->loop && (of == MECH_A_JOINT || of == MECH_A_BODY)) {
             move_body(w, &c->index);
         }
         move_body(w, &c->axes);

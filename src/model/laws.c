@@ -2,9 +2,8 @@
  * laws.c - the numbers of laws: laws of joints, contacts, sensors and inputs.
  *
  * One table a law, in the order of the blocks of stein/model.h. Every entry becomes a parameter;
- * one that the file leaves out gets its neutral value, with which it does nothing. So a physical
- * effect is one line here, a key of a section (section_*.c) and one term in src/core/laws.h; trying
- * it needs no new equations.
+ * one that the file leaves out gets its neutral value, with which it does nothing. So a new term of
+ * a law needs no new equations; docs/architecture.md lists the places that it needs.
  */
 #include <string.h>
 
@@ -16,10 +15,15 @@ typedef struct law_entry {
     const char *section, *key[2], *unit[2];
     unsigned flags;
     double neutral;
-    int needed; /* once its section is there; SLIDING: unless its friction sticks */
+    int needed; /* once its section is there, if it is used */
 } law_entry;
 
-enum { SLIDING = 2 };
+/** Flags of numbers of friction, beside those of a slot. A place that sticks (`stick: yes`) has the
+ * law of stein_stick_limit. A number without a flag is refused there. */
+enum {
+    STUCK = 1024, /* that law uses it, too */
+    IDLE = 2048   /* it does not, but a file may state it, so that `stick` alone changes the law */
+};
 
 #define SAME(text) \
     {              \
@@ -40,14 +44,14 @@ static const law_entry joint_law[STEIN_JOINT_SIZE] = {
     [STEIN_JOINT_DRY_ASYMMETRY] = {"coulomb", SAME("asymmetry"), SAME("1"), 0, 0.0, 0},
     [STEIN_JOINT_STOP_K] = {"backlash", SAME("k"), {"N m/rad", "N/m"}, MECH__NOT_NEGATIVE, 0.0, 1},
     [STEIN_JOINT_STOP_GAP] = {"backlash", SAME("gap"), {"rad", "m"}, MECH__NOT_NEGATIVE, 0.0, 1},
-    [STEIN_JOINT_FRICTION +
-        STEIN_FRICTION_A] = {"friction", SAME("A"), {"N m", "N"}, MECH__NOT_NEGATIVE, 0.0, 1},
+    [STEIN_JOINT_FRICTION + STEIN_FRICTION_A] =
+        {"friction", SAME("A"), {"N m", "N"}, MECH__NOT_NEGATIVE | STUCK, 0.0, 1},
     [STEIN_JOINT_FRICTION + STEIN_FRICTION_VT] =
-        {"friction", SAME("vt"), {"rad/s", "m/s"}, MECH__POSITIVE, 0.05, SLIDING},
-    [STEIN_JOINT_FRICTION +
-        STEIN_FRICTION_B1] = {"friction", SAME("B1"), SAME("1"), MECH__NOT_NEGATIVE, 0.0, 0},
-    [STEIN_JOINT_FRICTION +
-        STEIN_FRICTION_B2] = {"friction", SAME("B2"), SAME("1"), MECH__NOT_NEGATIVE, 1.0, 0},
+        {"friction", SAME("vt"), {"rad/s", "m/s"}, MECH__POSITIVE | IDLE, 0.05, 1},
+    [STEIN_JOINT_FRICTION + STEIN_FRICTION_B1] = {"friction", SAME("B1"), SAME("1"),
+                                                  MECH__NOT_NEGATIVE | STUCK, 0.0, 0},
+    [STEIN_JOINT_FRICTION + STEIN_FRICTION_B2] = {"friction", SAME("B2"), SAME("1"),
+                                                  MECH__NOT_NEGATIVE | STUCK, 1.0, 0},
 };
 
 static const law_entry link_law[STEIN_LINK_SIZE] = {
@@ -74,10 +78,10 @@ static const law_entry normal_law[STEIN_NORMAL_SIZE] = {
 };
 
 static const law_entry friction_law[STEIN_FRICTION_SIZE] = {
-    [STEIN_FRICTION_A] = {"friction", SAME("A"), SAME("1"), MECH__NOT_NEGATIVE, 0.0, 1},
-    [STEIN_FRICTION_VT] = {"friction", SAME("vt"), SAME("m/s"), MECH__POSITIVE, 0.01, SLIDING},
-    [STEIN_FRICTION_B1] = {"friction", SAME("B1"), SAME("1"), MECH__NOT_NEGATIVE, 0.0, 0},
-    [STEIN_FRICTION_B2] = {"friction", SAME("B2"), SAME("1"), MECH__NOT_NEGATIVE, 1.0, 0},
+    [STEIN_FRICTION_A] = {"friction", SAME("A"), SAME("1"), MECH__NOT_NEGATIVE | STUCK, 0.0, 1},
+    [STEIN_FRICTION_VT] = {"friction", SAME("vt"), SAME("m/s"), MECH__POSITIVE | IDLE, 0.01, 1},
+    [STEIN_FRICTION_B1] = {"friction", SAME("B1"), SAME("1"), MECH__NOT_NEGATIVE | STUCK, 0.0, 0},
+    [STEIN_FRICTION_B2] = {"friction", SAME("B2"), SAME("1"), MECH__NOT_NEGATIVE | STUCK, 1.0, 0},
 };
 
 static const law_entry signal_law[STEIN_SIGNAL_SIZE] = {
@@ -105,6 +109,11 @@ static const char *title(mech__reader *rd, const char *section, const char *of)
 static const mech__node *stick_of(const mech__node *owner)
 {
     return mech__get(mech__get(owner, "friction"), "stick");
+}
+
+static int is_of_friction(const law_entry *e)
+{
+    return e->section && strcmp(e->section, "friction") == 0;
 }
 
 static int is_yes(const mech__node *node)
@@ -139,7 +148,7 @@ static void check_sections(mech__reader *rd, const law_entry *law, int n, int sl
                 strcat(strcat(words, *words ? " " : ""), law[k].key[slides]);
             }
         }
-        if (section && strcmp(section, "friction") == 0) {
+        if (is_of_friction(&law[i])) {
             strcat(words, " stick");
         }
         if (section && first && mech__get(owner, section)) {
@@ -154,20 +163,31 @@ static void check_sections(mech__reader *rd, const law_entry *law, int n, int sl
 static void read_law(mech__reader *rd, mech_scalar *to, const law_entry *law, int n, int slides,
                      const char *of, const mech__node *owner, const char *name)
 {
+    int sticks = is_yes(stick_of(owner));
+
     check_sections(rd, law, n, slides, owner, of);
     for (int i = 0; i < n; i++) {
         const law_entry *e = &law[i];
         const char *key = e->key[slides], *unit = e->unit[slides];
         const mech__node *map = e->section ? mech__get(owner, e->section) : owner;
-        int needed = e->needed == SLIDING ? !is_yes(stick_of(owner)) : e->needed;
+        int unused = sticks && is_of_friction(e) && !(e->flags & STUCK);
+        int needed = e->needed && !unused;
+        unsigned flags =
+            (e->flags & ~(unsigned)(STUCK | IDLE)) | (unused ? (unsigned)MECH__UNUSED : 0U);
         const mech__node *node = map && e->section && needed && map->kind == MECH__MAP
                                      ? mech__need(rd, map, key, title(rd, e->section, of))
                                      : mech__get(map, key);
+        if (node && unused && !(e->flags & IDLE)) {
+            mech__problem_at(rd, node->key,
+                             "%s.%s.%s does not act where friction sticks, expected no %s, or no "
+                             "stick: yes",
+                             name, e->section, key, key);
+        }
         if (e->section) {
-            mech__number(rd, &to[i], unit, e->flags, node, e->neutral, "%s.%s.%s", name, e->section,
+            mech__number(rd, &to[i], unit, flags, node, e->neutral, "%s.%s.%s", name, e->section,
                          key);
         } else {
-            mech__number(rd, &to[i], unit, e->flags, node, e->neutral, "%s.%s", name, key);
+            mech__number(rd, &to[i], unit, flags, node, e->neutral, "%s.%s", name, key);
         }
     }
 }

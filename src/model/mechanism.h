@@ -43,6 +43,7 @@ typedef struct mech_param {
     double value, tolerance; /* [SI]; tolerance 0 when none was given */
     int declared, line, column;
     int stated;        /* the file or an override gives it; 0: left out, at its neutral value */
+    int unused;        /* its place does not use it: the law of friction that sticks is another */
     stein_range range; /* the narrowest of what it stands for by itself */
 } mech_param;
 
@@ -296,6 +297,42 @@ const char *mech_integrator(int integrator);
 /** Parameter index by name, -1 when absent; *suggestion (nullable) gets the nearest name or NULL.
  */
 int mech_find_param(const mechanism *m, const char *name, const char **suggestion);
+
+/** Kinds of elements that an output can read. */
+typedef enum {
+    MECH_A_JOINT,
+    MECH_A_POINT,
+    MECH_A_CONTACT,
+    MECH_A_NOTCH,
+    MECH_AN_INPUT,
+    MECH_A_BODY,
+    MECH_A_LOOP,
+    MECH_AN_ENERGY,
+    MECH_NO_THING
+} mech_thing;
+
+/** What an output follows from: of the state, and from MECH_FROM_FORCES on also of the inputs. */
+typedef enum {
+    MECH_FROM_NOTHING = -1,
+    MECH_FROM_PLACES,
+    MECH_FROM_SPEEDS,
+    MECH_FROM_FORCES
+} mech_origin;
+
+/** A kind of output. */
+typedef struct mech_output_kind {
+    int read;            /* stein_read_kind */
+    mech_thing of, also; /* elements that have it */
+    const char *word;    /* of `read:` or `energy:` */
+    const char *name;    /* "tangent": STEIN_READ_TANGENT */
+    /* where its joint turns, where it slides; "": the unit of the element itself */
+    const char *turning, *sliding;
+    const char *about; /* of a description, before the name of the element */
+    mech_origin from;
+} mech_output_kind;
+
+/** @param read  a stein_read_kind */
+const mech_output_kind *mech_output_kind_of(int read);
 
 /** What an output reads of: name of its joint, point, contact, notch or input; "" for energies. */
 const char *mech_target(const mechanism *m, const mech_channel *c);

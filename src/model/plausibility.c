@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT
  * plausibility.c - numbers that are possible but implausible: warnings with line and column.
  *
- * A number without a unit is SI. In a file that otherwise uses g and mm such a number has probably
- * lost its unit, if it is far above all of its kind: "mass: 82" among masses of some grams. And a
- * body of a mass and a size has an inertia of at most about m L^2.
+ * A number without a unit is SI. In a file that otherwise uses g and mm such a number probably
+ * lacks its unit if it is far above all others of its kind: "mass: 82" among masses of some grams.
+ * And a body of a mass and a size has an inertia of at most about m L^2.
  */
 #include <math.h>
 #include <stdlib.h>

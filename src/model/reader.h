@@ -58,7 +58,8 @@ enum {
     MECH__NOT_NEGATIVE = 4,
     MECH__DECLARED = 8, /* of the section `parameters`: its own unit decides the dimension */
     MECH__PLANAR = 32,  /* triple of which y does nothing: a literal 0 there is structural */
-    MECH__WEDGE = 16    /* angle between 0 and 180 deg */
+    MECH__WEDGE = 16,   /* angle between 0 and 180 deg */
+    MECH__UNUSED = 64   /* its place does not use it: friction that sticks */
 };
 
 /** A formula or number while it is worked out. */

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * section_bodies.c - bodies, their joints and points, the fixed frame, and the free load's body.
  *
- * Names come first: before any number is declared, bodies are ordered so that a parent precedes its
+ * Names come first. Before any number is declared, bodies are ordered so that a parent precedes its
  * children (otherwise in the order of the file), and all points get their places. So a joint may
  * sit at a point of a body that stands further down in the file.
  */

@@ -7,59 +7,49 @@
 #include "reader.h"
 #include "stein/model.h"
 
-/** Readings of one kind of element; the words of `choices` are the keys of `what`. */
-typedef struct readable {
-    const char *key, *what, *choices;
-    int first; /* stein_read_kind of the first choice, the others follow */
-} readable;
-
-static const readable readables[] = {
-    {"joint", "reading of a joint", "position speed acceleration reaction", STEIN_READ_POSITION},
-    {"point", "reading of a point", "x y z vx vy vz", STEIN_READ_X},
-    {"contact", "reading of a contact", "gap force friction", STEIN_READ_GAP},
-    {"notch", "reading of a notch", "force phase overlap", STEIN_READ_NOTCH_FORCE},
-    {"input", "reading of an input", "value force", STEIN_READ_INPUT},
-    {"body", "reading of a body", "roll pitch yaw xx xy xz yx yy yz zx zy zz wx wy wz angle",
-     STEIN_READ_ROLL},
-    {"loop", "reading of a loop or coupling", "reaction", STEIN_READ_REACTION},
+/** Elements by the keys of an output; `what` is for messages. */
+static const struct element {
+    const char *key, *what;
+} elements[] = {
+    [MECH_A_JOINT] = {"joint", "reading of a joint"},
+    [MECH_A_POINT] = {"point", "reading of a point"},
+    [MECH_A_CONTACT] = {"contact", "reading of a contact"},
+    [MECH_A_NOTCH] = {"notch", "reading of a notch"},
+    [MECH_AN_INPUT] = {"input", "reading of an input"},
+    [MECH_A_BODY] = {"body", "reading of a body"},
+    [MECH_A_LOOP] = {"loop", "reading of a loop or coupling"},
+    [MECH_AN_ENERGY] = {"energy", "energy"},
 };
-enum { JOINT, POINT, CONTACT, NOTCH, INPUT, BODY, LOOP, NREADABLE };
-enum { REACTION_OF_JOINT = 3 }; /* choice of a joint */
+_Static_assert(sizeof elements / sizeof *elements == MECH_NO_THING, "every element has a key");
 
 /** Names of all things of one kind, for finding one by name. */
-static const char *name_of(const mechanism *m, int kind, int i)
+static const char *name_of(const mechanism *m, mech_thing kind, int i)
 {
     switch (kind) {
-    case JOINT:
-    case BODY: return i < m->nbody ? m->bodies[i].name : NULL;
-    case POINT: return i < m->npoint ? m->points[i].name : NULL;
-    case CONTACT: return i < m->ncontact ? m->contacts[i].name : NULL;
-    case NOTCH: return i < m->nnotch ? m->notches[i].name : NULL;
-    case LOOP: return i < m->nloop ? m->loops[i].name : NULL;
-    default: return i < m->ninput ? m->inputs[i].name : NULL;
+    case MECH_A_JOINT:
+    case MECH_A_BODY: return i < m->nbody ? m->bodies[i].name : NULL;
+    case MECH_A_POINT: return i < m->npoint ? m->points[i].name : NULL;
+    case MECH_A_CONTACT: return i < m->ncontact ? m->contacts[i].name : NULL;
+    case MECH_A_NOTCH: return i < m->nnotch ? m->notches[i].name : NULL;
+    case MECH_AN_INPUT: return i < m->ninput ? m->inputs[i].name : NULL;
+    case MECH_A_LOOP: return i < m->nloop ? m->loops[i].name : NULL;
+    case MECH_AN_ENERGY:
+    case MECH_NO_THING: break;
     }
+    return NULL;
 }
 
 const char *mech_target(const mechanism *m, const mech_channel *c)
 {
-    int kind = NREADABLE - 1;
+    mech_thing of = c->loop ? MECH_A_LOOP : mech_output_kind_of(c->read)->of;
 
-    if (c->read == STEIN_READ_REACTION) {
-        return name_of(m, c->loop ? LOOP : BODY, c->index);
-    }
-    if (c->read == STEIN_READ_KINETIC || c->read == STEIN_READ_POTENTIAL) {
-        return "";
-    }
-    while (c->read < readables[kind].first) {
-        kind--;
-    }
-    return name_of(m, kind, c->index);
+    return of == MECH_AN_ENERGY ? "" : name_of(m, of, c->index);
 }
 
 /** Index of the thing a scalar names, -1 after noting a problem. */
-static int find_thing(mech__reader *rd, const mech__node *node, int kind)
+static int find_thing(mech__reader *rd, const mech__node *node, mech_thing kind)
 {
-    const char *key = readables[kind].key;
+    const char *key = elements[kind].key;
     const char *name = mech__text(rd, node, key), *other;
 
     if (!name) {
@@ -69,7 +59,7 @@ static int find_thing(mech__reader *rd, const mech__node *node, int kind)
 
     for (int i = 0; (other = name_of(rd->m, kind, i)); i++) {
         if (strcmp(other, name) == 0) {
-            return kind == JOINT && mech__has_joint(rd, node, i) != 0 ? -1 : i;
+            return kind == MECH_A_JOINT && mech__has_joint(rd, node, i) != 0 ? -1 : i;
         }
         mech__offer(&near, other);
     }
@@ -159,8 +149,8 @@ static void read_input(mech__reader *rd, mech_input *in, const mech__node *entry
         return;
     }
     in->kind = kind;
-    in->index =
-        find_thing(rd, mech__get(entry, keys[kind]), kind == STEIN_INPUT_POINT ? POINT : JOINT);
+    in->index = find_thing(rd, mech__get(entry, keys[kind]),
+                           kind == STEIN_INPUT_POINT ? MECH_A_POINT : MECH_A_JOINT);
     int turns = kind != STEIN_INPUT_POINT && in->index >= 0 && rd->m->bodies[in->index].type == 'R';
 
     if (kind == STEIN_INPUT_POINT) {
@@ -177,12 +167,6 @@ static void read_input(mech__reader *rd, mech_input *in, const mech__node *entry
     }
 }
 
-static const char *joint_unit(const mechanism *m, int index, const char *const turning[3],
-                              const char *const sliding[3], int which)
-{
-    return m->bodies[index].type == 'R' ? turning[which] : sliding[which];
-}
-
 static const char *reaction_unit(const mechanism *m, const mech_channel *c)
 {
     int couples = c->loop && m->loops[c->index].kind == MECH_COUPLING;
@@ -193,44 +177,46 @@ static const char *reaction_unit(const mechanism *m, const mech_channel *c)
     return turns || moment ? "N m" : "N";
 }
 
+/** A unit of the table, or that of the element itself. */
 static const char *channel_unit(const mechanism *m, const mech_channel *c)
 {
-    static const char *const turning[] = {"rad", "rad/s", "rad/s^2"};
-    static const char *const sliding[] = {"m", "m/s", "m/s^2"};
+    const mech_output_kind *kind = mech_output_kind_of(c->read);
+    int joint = kind->of == MECH_A_JOINT    ? c->index
+                : kind->of == MECH_AN_INPUT ? m->inputs[c->index].index
+                                            : -1;
 
-    switch (c->read) {
-    case STEIN_READ_REACTION: return reaction_unit(m, c);
-    case STEIN_READ_POSITION:
-    case STEIN_READ_SPEED:
-    case STEIN_READ_ACCELERATION:
-        return joint_unit(m, c->index, turning, sliding, c->read - STEIN_READ_POSITION);
-    case STEIN_READ_VX:
-    case STEIN_READ_VY:
-    case STEIN_READ_VZ: return "m/s";
-    case STEIN_READ_FORCE:
-    case STEIN_READ_TANGENT:
-    case STEIN_READ_NOTCH_FORCE: return "N";
-    case STEIN_READ_NOTCH_PHASE: return "1";
-    case STEIN_READ_INPUT: return m->inputs[c->index].unit;
-    case STEIN_READ_INPUT_FORCE:
-        return m->bodies[m->inputs[c->index].index].type == 'R' ? "N m" : "N";
-    case STEIN_READ_KINETIC:
-    case STEIN_READ_POTENTIAL: return "J";
-    case STEIN_READ_ROLL:
-    case STEIN_READ_PITCH:
-    case STEIN_READ_YAW:
-    case STEIN_READ_ANGLE: return "rad";
-    default: return c->read >= STEIN_READ_WX ? "rad/s" : c->read >= STEIN_READ_XX ? "1" : "m";
+    if (*kind->turning == '\0') {
+        return kind->of == MECH_AN_INPUT ? m->inputs[c->index].unit : reaction_unit(m, c);
     }
+    return joint >= 0 && m->bodies[joint].type != 'R' ? kind->sliding : kind->turning;
+}
+
+/** The kind of output of an element that a word names; -1 after noting a problem. */
+static int read_kind(mech__reader *rd, const mech__node *node, mech_thing of)
+{
+    int kinds[STEIN_READ_KINDS], n = 0;
+    const char *words = "";
+
+    for (int read = 0; read < STEIN_READ_KINDS && words; read++) {
+        const mech_output_kind *kind = mech_output_kind_of(read);
+
+        if (kind->of == of || kind->also == of) {
+            words = mech__print(rd, "%s%s%s", words, n > 0 ? " " : "", kind->word);
+            kinds[n++] = read;
+        }
+    }
+    int choice = words ? mech__choice(rd, node, elements[of].what, words) : -1;
+
+    return choice < 0 ? -1 : kinds[choice];
 }
 
 static int read_energy(mech__reader *rd, mech_channel *c, const mech__node *entry)
 {
-    int choice = mech__choice(rd, mech__get(entry, "energy"), "energy", "kinetic potential");
+    int read = read_kind(rd, mech__get(entry, "energy"), MECH_AN_ENERGY);
 
     mech__keys(rd, entry, "an output of energy", "energy sign zero sensor");
-    c->read = STEIN_READ_KINETIC + choice;
-    return choice < 0 ? -1 : 0;
+    c->read = read < 0 ? STEIN_READ_KINETIC : read;
+    return read < 0 ? -1 : 0;
 }
 
 /** Component of the reaction of a joint or a loop; default: the size of the force.
@@ -273,7 +259,7 @@ static int find_joint(mech__reader *rd, const mech__node *node, int reaction)
     int body;
 
     if (!reaction) {
-        return find_thing(rd, node, JOINT);
+        return find_thing(rd, node, MECH_A_JOINT);
     }
     return mech__body_ref(rd, node, 0, &body) ? -1 : body;
 }
@@ -304,32 +290,35 @@ static int check_plane(mech__reader *rd, const mech__node *node, int body)
 /** Reading and element of a channel. @return 0 when both are known */
 static int read_source(mech__reader *rd, mech_channel *c, const mech__node *entry)
 {
-    static const char *const keys[] = {"joint", "point", "contact", "notch",
-                                       "input", "body",  "loop",    "energy"};
-    int kind = only_one(rd, entry, keys, NREADABLE + 1,
-                        "an output needs exactly one of joint, "
-                        "point, contact, notch, input, body, loop, energy");
+    const char *keys[MECH_NO_THING];
 
-    if (kind == NREADABLE) {
+    for (int i = 0; i < MECH_NO_THING; i++) {
+        keys[i] = elements[i].key;
+    }
+    int of = only_one(rd, entry, keys, MECH_NO_THING,
+                      "an output needs exactly one of joint, "
+                      "point, contact, notch, input, body, loop, energy");
+
+    if (of == MECH_AN_ENERGY) {
         return read_energy(rd, c, entry);
     }
     mech__keys(rd, entry, "an output",
-               kind == JOINT || kind == LOOP
+               of == MECH_A_JOINT || of == MECH_A_LOOP
                    ? "joint loop read component axes sign zero sensor"
                    : "joint point contact notch input body loop energy read sign zero sensor");
-    if (kind < 0) {
+    if (of < 0) {
         return -1;
     }
-    const readable *r = &readables[kind];
     const mech__node *read = mech__need(rd, entry, "read", "an output");
-    int choice = read ? mech__choice(rd, read, r->what, r->choices) : -1;
+    int kind = read ? read_kind(rd, read, (mech_thing)of) : -1;
+    int reaction = kind == STEIN_READ_REACTION || of == MECH_A_LOOP;
+    const mech__node *element = mech__get(entry, elements[of].key);
 
-    int reaction = kind == LOOP || (kind == JOINT && choice == REACTION_OF_JOINT);
-    const mech__node *of = mech__get(entry, r->key);
-    c->index = kind == JOINT ? find_joint(rd, of, reaction) : find_thing(rd, of, kind);
-    c->read = reaction ? STEIN_READ_REACTION : r->first + choice;
-    c->loop = kind == LOOP;
-    if (choice < 0 || c->index < 0) {
+    c->index = of == MECH_A_JOINT ? find_joint(rd, element, reaction)
+                                  : find_thing(rd, element, (mech_thing)of);
+    c->read = reaction ? STEIN_READ_REACTION : kind < 0 ? STEIN_READ_TIME : kind;
+    c->loop = of == MECH_A_LOOP;
+    if (kind < 0 || c->index < 0) {
         return -1;
     }
     if (reaction) {
@@ -345,9 +334,9 @@ static int read_source(mech__reader *rd, mech_channel *c, const mech__node *entr
         return -1;
     }
     if (c->read == STEIN_READ_ANGLE) {
-        return check_plane(rd, mech__get(entry, r->key), c->index);
+        return check_plane(rd, element, c->index);
     }
-    return kind == INPUT && rd->m->inputs[c->index].index < 0 ? -1 : 0;
+    return of == MECH_AN_INPUT && rd->m->inputs[c->index].index < 0 ? -1 : 0;
 }
 
 static void read_channel(mech__reader *rd, mech_channel *c, const mech__node *entry)
@@ -381,8 +370,8 @@ static void read_stroke(mech__reader *rd)
     const mech__node *string = mech__need(rd, stroke, "string", "stroke");
     const mech__node *notch = mech__get(stroke, "notch");
 
-    rd->m->stroke_string = string ? find_thing(rd, string, CONTACT) : -1;
-    rd->m->stroke_notch = notch ? find_thing(rd, notch, NOTCH) : -1;
+    rd->m->stroke_string = string ? find_thing(rd, string, MECH_A_CONTACT) : -1;
+    rd->m->stroke_notch = notch ? find_thing(rd, notch, MECH_A_NOTCH) : -1;
 }
 
 /** A time of the section `simulation`: a plain number, since it is no property of the mechanism. */

@@ -255,6 +255,7 @@ static mech_scalar add_param(mech__reader *rd, const mech__slot *s, double value
     p->tolerance = tolerance;
     p->declared = (s->flags & MECH__DECLARED) != 0;
     p->stated = s->node != NULL || s->set != NULL || (s->flags & MECH__VANISHES) != 0;
+    p->unused = (s->flags & MECH__UNUSED) != 0;
     p->range = range_of(s);
     p->line = s->node ? s->node->line : 0;
     p->column = s->node ? s->node->column : 0;

@@ -115,7 +115,7 @@ END_TEST
 
 START_TEST(friction_is_odd_and_saturates_at_A)
 {
-    const double law[4] = {0.31, 0.0123, 0.61, 0.13};
+    const double law[STEIN_FRICTION_SIZE] = {0.31, 0.0123, 0.61, 0.13};
     ck_assert_close(stein_friction(law, -0.017), -stein_friction(law, 0.017), 0.0, 0.0);
     ck_assert_close(stein_friction(law, 40.0), 0.31, 1e-9, 0.0);
     ck_assert(stein_friction(law, 0.0) == 0.0);
@@ -125,7 +125,7 @@ END_TEST
 START_TEST(static_surplus_peaks_at_the_place_of_the_formula)
 {
     // A = 1 and the tanh taken off leaves the second term alone
-    const double law[4] = {1.0, 0.0123, 0.61, 0.13};
+    const double law[STEIN_FRICTION_SIZE] = {1.0, 0.0123, 0.61, 0.13};
     double u = pow(1.0 / (3.0 * 0.13), 0.25);
     double at = stein_friction(law, u * 0.0123) - tanh(u);
     ck_assert_close(at, 0.75 * 0.61 * u, 1e-13, 0.0);

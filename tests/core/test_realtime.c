@@ -417,7 +417,7 @@ END_TEST
 
 /* evaluations of a step of RK4: 4 for the step, two located events, the rest repeated and then
  * implicit; every trial is checked for contacts that are too stiff */
-enum { MOST_EVALUATIONS = 33, GESTURES = SANITIZED ? 60 : 600 };
+enum { MOST_EVALUATIONS = 31, GESTURES = SANITIZED ? 60 : 600 };
 
 static void count(void *ctx, double t, const double *q, const double *qd, double *Q)
 {

@@ -575,6 +575,30 @@ START_TEST(files_state_yes_or_no_where_friction_can_stick)
 }
 END_TEST
 
+/* the speed vt may be stated, so that `stick` alone changes the law; it is no candidate there */
+START_TEST(a_number_that_friction_does_not_use_where_it_sticks_is_marked)
+{
+    static const char text[] =
+        "mechanism: marked\n"
+        "bodies:\n"
+        "  a: {joint: T x, mass: 1 kg, friction: {A: 1 N, vt: 1 m/s, B1: 0.3, stick: yes}}\n"
+        "  b: {joint: T x, mass: 1 kg, friction: {A: 1 N, vt: 1 m/s, B1: 0.3}}\n";
+    static const struct {
+        const char *name;
+        int unused;
+    } of[] = {{"a.friction.A", 0}, {"a.friction.vt", 1}, {"a.friction.B1", 0}, {"a.friction.B2", 0},
+              {"b.friction.A", 0}, {"b.friction.vt", 0}, {"b.friction.B1", 0}, {"a.damping", 0}};
+    mechanism *m = NULL;
+    ck_assert_stein(
+        mech_read_text(&m, "marked.yaml", text, sizeof text - 1, NULL, 0, NULL, NULL, err));
+    for (size_t i = 0; i < sizeof of / sizeof *of; i++) {
+        int k = mech_find_param(m, of[i].name, NULL);
+        ck_assert_msg(k >= 0 && m->params[k].unused == of[i].unused, "%s", of[i].name);
+    }
+    mech_free(m);
+}
+END_TEST
+
 Suite *stick_suite(void)
 {
     Suite *s = suite_create("stick");
@@ -600,6 +624,7 @@ Suite *stick_suite(void)
     tcase_add_test(tc, a_mechanism_settles_without_its_friction_and_sticks_there);
     tcase_add_test(tc, lanes_leave_it_to_one_after_the_other_and_derivatives_refuse);
     tcase_add_test(tc, files_state_yes_or_no_where_friction_can_stick);
+    tcase_add_test(tc, a_number_that_friction_does_not_use_where_it_sticks_is_marked);
     suite_add_tcase(s, tc);
     return s;
 }

@@ -2,11 +2,11 @@
  * check.c - checks that `stein plan` proposes, made in the world of the set: instruments, lengths,
  * masses, felts by themselves.
  *
- * True values are in the answer; values that are not hidden are the file's (the plan repeats them);
- * a plumb line, a scale, a light, a clock, calipers, a knife edge, a balance, a press show it with
- * the noise that the plan counts with. A scale is read at 11 places and a parabola drawn through
- * the readings; a press as well, and through those a law that has the file's powers, from where the
- * felt seems to begin:
+ * True values are in the answer; values that are not hidden are the file's (the plan repeats them).
+ * A plumb line, a scale, a light, a clock, calipers, a knife edge, a balance and a press measure
+ * them with the noise that the plan assumes. A scale is read at 11 places and a parabola drawn
+ * through the readings; a press as well, and through those a law that has the file's powers, from
+ * where the felt seems to begin:
  *
  *      reading - x = zero + error x + k2 x^2
  *      F = ((a x' + b) x' + c) x' (x'/0.1 mm)^p,  x' = x + u,  u ~ N(0, 10 um)

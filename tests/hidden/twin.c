@@ -7,11 +7,11 @@
  *                                      the old strokes with what the checks found
  *      OUT-after/                      the diagnosis of the old strokes and the new ones
  *
- * Separated: the truth is the first cause, and no other candidate of the first set is left in the
- * second; or a check has found the truth, and with it nothing is left to explain. Of quantities
- * that were not filmed the other laboratory has an instrument only for the hammer's angle.
- * Quantities that it cannot film are reported and counted separately; an experiment with too many
- * strokes counts as separating nothing.
+ * Separated means one of two results. The truth is the first cause, and no other candidate of the
+ * first set is left in the second. Or a check has found the truth, and with it nothing is left to
+ * explain. Of quantities that were not filmed the other laboratory has an instrument only for the
+ * hammer's angle. Quantities that it cannot film are reported and counted separately; an experiment
+ * with too many strokes counts as separating nothing.
  */
 #include <math.h>
 #include <string.h>

@@ -7,9 +7,9 @@
  *   relaxing_contact  contact, with memory:        normal force times 1 - r m,
  *                                                  dm/dt = (1 - m)/time pressed, -m/time apart
  *
- * None is a sum of what a table of effects has (springs and their cubes, preload, backlash; powers
- * and polynomials of the depth, shares by its rate): a hump has a way up and a way down inside of
- * what is visited, a memory gives another force on the way out than any state does.
+ * None is a sum of effects of a table (springs and their cubes, preload, backlash; powers and
+ * polynomials of the depth, shares by its rate). A hump rises and falls inside of the visited
+ * range. A memory gives another force on the way out than any state does.
  *
  * What is pressed at rest has relaxed before the stroke begins (m = 1).
  */

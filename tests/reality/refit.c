@@ -15,12 +15,12 @@
  *
  *   u = argmin |r|^2 + |u|^2 ,   r = films(effect) - films(moved by u) ,     size = RMS(r)
  *
- * taken over the channel where it is largest. An effect that looks like a parameter moves the films
- * by hundreds of noises before the refit and bends them; a stroke on the other side of an event
- * leads to impossible numbers: one linear step from the truth goes astray by hundreds of standard
- * deviations and calls the rest a size. So the refit follows the effect as it grows (scale.c). It
- * begins where that of a smaller amount has ended, in proportion, and its steps are as long as they
- * lead down (Levenberg and Marquardt):
+ * taken over the channel where it is largest. An effect that resembles a parameter moves the films
+ * by hundreds of noises before the refit, and not linearly. A stroke on the other side of an event
+ * leads to impossible numbers. One linear step from the truth would be off by hundreds of standard
+ * deviations, and the residual would count as a size. So the refit follows the effect as it grows
+ * (scale.c). It begins where that of a smaller amount has ended, in proportion, and its steps are
+ * as long as they lead down (Levenberg and Marquardt):
  *
  *   (X'X + 1 + lambda diag X'X) du = X' r - u
  *

@@ -2,8 +2,8 @@
  * scale.c - the amount of an effect that has a given size after refitting (refit.c).
  *
  * The amount grows from a twentieth of its limit by at most a factor of four, so that every refit
- * follows the one below it; where it diverges (a size far beyond the wanted one has no further
- * information) it goes back and takes shorter steps.
+ * begins near the one before. Where a refit diverges, shorter steps are taken from the last good
+ * one; a size far beyond the wanted one has no further information.
  */
 #include <math.h>
 

@@ -110,7 +110,7 @@ static void put_body(FILE *f, const mech *m, int i, const setup *start)
     put_group(f, m, "    ", "spring", b->law + J_K, 3);
     put_single(f, m, "damping", b->law + J_B);
     put_group(f, m, "    ", "coulomb", b->law + J_T, 3);
-    put_group(f, m, "    ", "friction", b->law + J_A, 4);
+    put_group(f, m, "    ", "friction", b->law + J_A, J_BUMP - J_A);
 }
 
 static void put_round(FILE *f, const mech *m, const contact *c, int side)
@@ -142,7 +142,7 @@ static void put_contact(FILE *f, const mech *m, const contact *c)
         fprintf(f, "}}\n");
     }
     put_group(f, m, "    ", "normal", c->law + N_A, N_GAP);
-    put_group(f, m, "    ", "friction", c->law + N_MU, 4);
+    put_group(f, m, "    ", "friction", c->law + N_MU, N_SIZE - N_MU);
 }
 
 static void put_inputs(FILE *f, const mech *m)

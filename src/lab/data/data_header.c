@@ -13,7 +13,7 @@
 
 #include "data_internal.h"
 #include "reader.h"
-#include "structure.h"
+#include "added_parts.h"
 
 /* a new copy of n bytes, NUL at the end; NULL without memory, which the problems record */
 static char *copy(data__reader *r, const char *s, size_t n)

@@ -10,10 +10,10 @@
  * Windows have 25 samples and cubics where that is many samples to an oscillation. Where it is not,
  * the cubic leaves some of the motion over. Its variance then falls steeply with a higher degree or
  * a shorter window, with the power 2 (degree + 1) of the window. The variance of white noise stays;
- * that of noise correlated from sample to sample falls slowly. So of the windows of 25, 18, 13, 9
- * and 7 samples and the degrees 3, 5 .. 11, in the order of their degrees of freedom, the first one
- * counts that is nearly enough: neither the next degree nor the next window lowers the variance by
- * more than a factor of 1.2.
+ * that of noise correlated from sample to sample falls slowly. So windows of 25, 18, 13, 9 and 7
+ * samples and degrees 3, 5 .. 11 are tried in the order of their degrees of freedom. The first one
+ * counts where neither the next degree nor the next window lowers the variance by more than a
+ * factor of 1.2.
  *
  * Step. Values of a camera or converter lie on a lattice. The difference of two neighbours is a
  * whole number of steps; a candidate is refined from small to ever larger multiples, from an
@@ -460,8 +460,8 @@ void data__spikes(const data__series *s, lab_channel_audit *a)
     }
 }
 
-/* A run at an extreme value is cut off when noise would have moved it, or when the motion comes in
- * or goes out at a speed that cannot have stopped there. */
+/* A run at an extreme value is clipped if noise would have moved it, or if the motion enters or
+ * leaves it at a speed that cannot have stopped there. */
 static int cut_off(const data__series *s, double extreme, int scatters, double fast)
 {
     int count = 0;

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * data_settings.c - does the motion of every stroke agree with its `# set` lines?
  *
- * A stroke with a wrong setting - files mixed up, grams read as kilograms, a sign - is no evidence
- * of missing physics, and one of them among twelve is enough to find some. How far a stroke is off,
+ * A stroke with a wrong setting (files mixed up, grams read as kilograms, a sign) is no evidence of
+ * missing physics. One of them among twelve is enough to find a false effect. How far a stroke is
+ * off,
  *
  *      D(v) = min over tau and offsets of RMS (y - offset - h(t + tau; v)) / range of y,
  *

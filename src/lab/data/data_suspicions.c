@@ -16,12 +16,11 @@
  * records do fit, in that one. A model that is merely wrong does not do so: two motions that have
  * nothing in common have a misfit of 0.7, and no factor of 1000 brings that to 0.25.
  *
- * Measured: of 68 slips put into records of a pendulum, a double arm, a thrown cube, the action and
- * the double pendulum (one record or all of them) 64 were named, and the others leave the motion as
- * it is; 17 honest sets, and 105 of their records alone, gave none; 83 sets compared with models of
- * which one to four numbers were wrong by factors of 0.3 to 3 gave one. Counted by hand, with an
- * earlier estimate of the initial state; of 36 slips repeated with this one, the same 33 are named
- * by both.
+ * Measured: 68 slips were put into one or all records of a pendulum, a double arm, a thrown cube,
+ * the action and the double pendulum. 64 were named; the others do not change the motion. 17
+ * correct sets, and 105 of their records alone, gave none. 83 sets compared with models of which
+ * one to four numbers were wrong by factors of 0.3 to 3 gave one. Counted by hand, with an earlier
+ * estimate of the initial state; of 36 slips repeated with this one, the same 33 are named by both.
  *
  * A linear model with an unknown initial state follows its data at any scale. There the travel is
  * compared with the largest length of the model's file.

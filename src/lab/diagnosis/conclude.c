@@ -120,8 +120,8 @@ static diag__row *contender(const diagnosis *d)
     return found;
 }
 
-/* Fits of a search end before their minimum, by more than what tells hypotheses apart: those that
- * come near the best one are fitted to their end before one is chosen. */
+/* Fits of a search end before their minimum, by more than the differences between hypotheses. So
+ * rows near the best one are fitted to their end before one is chosen. */
 static stein_status refine_contenders(diagnosis *d, stein_err *err)
 {
     stein_status status = STEIN_OK;

@@ -2,8 +2,8 @@
  * windows.c - records of chaotic motion, cut into windows that can be predicted, and blocks of one
  * or two records, held out.
  *
- * Where a small error of the initial state grows exponentially, a whole record can be followed with
- * no number of the mechanism, and its sum of squares has a minimum every few noises (as in multiple
+ * A small error of the initial state may grow exponentially. Then no numbers of the mechanism
+ * follow a whole record, and its sum of squares has a minimum every few noises (as in multiple
  * shooting: Bock, in: Modelling of Chemical Reaction Systems, Springer 1981, 102-125). A window
  * begins in a state of its own, read from its first samples, and ends where an error of it has
  * grown `grown` times. What the record shows of the mechanism is in the windows, each of which

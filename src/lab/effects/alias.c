@@ -37,8 +37,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "added_parts.h"
 #include "functions.h"
-#include "structure.h"
 
 static const double small_amount = 1e-5; /* of the limit */
 static const double alike = 1e-6;        /* relative difference of two directions */

@@ -9,7 +9,7 @@
 #include <string.h>
 
 #include "functions.h"
-#include "structure.h"
+#include "added_parts.h"
 
 /* the part is there: its numbers by name */
 static stein_status bind_part(lab_candidate *c, const lab_model *model, stein_err *err)

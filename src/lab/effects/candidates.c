@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "structure.h"
+#include "added_parts.h"
 
 enum { MAX_SAMPLES = 4000 };
 static const double weak_range = 1e-4; /* of adhesion [m] */
@@ -175,11 +175,19 @@ static int find(const build *b, const char *place, const char *path)
     return stein_find_param(b->m, name);
 }
 
+/* does its place not use the parameter, whatever its value? */
+static int is_unused(const build *b, int param)
+{
+    const mechanism *m = lab__mechanism(b->lab);
+    int k = mech_find_param(m, b->m->params[param].name, NULL);
+    return k >= 0 && m->params[k].unused;
+}
+
 static lab_candidate *add_at(build *b, const lab_effect *e, const char *place)
 {
     int param = find(b, place, e->parameter);
     int idle = b->now != NULL && lab__is_share_of_nothing(b->m, e, place, b->now);
-    return param >= 0 && !idle ? add(b, e, place, param) : NULL;
+    return param >= 0 && !idle && !is_unused(b, param) ? add(b, e, place, param) : NULL;
 }
 
 static void set_limit(build *b, lab_candidate *c, double limit)
@@ -356,7 +364,7 @@ static int is_plain(const build *b, int param)
             return 0;
         }
     }
-    return q->stated && !lab__is_in_table(b->m, q->name) &&
+    return q->stated && !is_unused(b, param) && !lab__is_in_table(b->m, q->name) &&
            (b->p[param] != 0.0 || q->tolerance > 0.0);
 }
 

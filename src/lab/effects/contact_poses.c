@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "fitting.h"
-#include "structure.h"
+#include "added_parts.h"
 
 typedef struct watch {
     const stein_model *m;

@@ -15,7 +15,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "structure.h"
+#include "added_parts.h"
 
 static int is(const char *kind, const char *name)
 {

@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * sites.c - where a part can sit, by the geometry of the mechanism as drawn.
  *
- * The rules follow structure.c. All lengths are taken from the drawing: every coordinate 0,
+ * The rules follow added_parts.c. All lengths are taken from the drawing: every coordinate 0,
  * where the axes of all bodies are parallel.
  */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "structure.h"
+#include "added_parts.h"
 
 /* ---- geometry, as drawn ---- */
 

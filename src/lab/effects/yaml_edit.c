@@ -17,7 +17,7 @@
 
 #include <yaml.h>
 
-#include "structure.h"
+#include "added_parts.h"
 
 enum { EDITS = 256 };
 

@@ -3,21 +3,21 @@
  *
  * An encoder errs by more than white noise: steps that neighbours share, an eccentric disc, times
  * that jitter, teeth. The second derivative makes a torque of all that, which the measured torque
- * does not have: steps of 0.38 mrad at 300 Hz, smoothed as far as their variance allows, left 1 N m
- * where 0.2 N m are noise of the torque. So the band f of each motion is the one with which the
- * measured forces follow best,
+ * does not contain. Steps of 0.38 mrad at 300 Hz, smoothed as far as their variance allows, left 1
+ * N m where the noise of the torque is 0.2 N m. So the band f of each motion is the one with which
+ * the measured forces follow best,
  *
  *      minimise   sum_c  n_c ln sum_i (F_ci - F(u_f, t_i))^2       over f = f_max 2^-k/2
  *
  * c the force channels: first one f for all motions, then each by itself. Of those that are as good
- * the widest is taken. With the numbers of the file, what is wrong with these hides what a band
- * does; so the bands are chosen, the numbers are fitted, and the bands are chosen again. A band
- * that would take away more than `motion_lost` of the motion itself is none: what is wrong with the
- * model may be less where the motion is less. Where the noise of the motion has chosen as well as
- * any band, that stays.
+ * the widest is taken. With the numbers of the file their errors hide the effect of a band. So the
+ * bands are chosen, the numbers are fitted, and the bands are chosen again. A band that would take
+ * away more than `motion_lost` of the motion itself is none: what is wrong with the model may be
+ * less where the motion is less. Where the noise of the motion has chosen as well as any band, that
+ * stays.
  *
  * At the ends of a record a smoothed motion has neighbours on one side only, and its acceleration
- * is off by ten times as much: one period of the band there is no sample of the force.
+ * is off by ten times as much. So one period of the band at each end is no sample of the force.
  *
  * Beyond its band a motion says nothing of the force, and no candidate could explain what the
  * measured force does there: that is its noise.

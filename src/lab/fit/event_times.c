@@ -5,9 +5,9 @@
  * start, T -> t = (T + delay - shift)/(1 + error) on the clock of the data. The core locates events
  * and tells them as they happen, the same to the last bit in lanes and alone.
  *
- * A simulation may have fewer events than were measured. It then goes on behind the last measured
- * one, up to `beyond` times the length of the record, but not when the place has come to rest; with
- * recorded inputs only as far as these are known. What is missing until then counts as
+ * A simulation may have fewer events than were measured. It then continues after the last measured
+ * one, up to `beyond` times the length of the record, unless the place has come to rest. With
+ * recorded inputs it ends where these end. What is missing until then counts as
  *
  *      T = T_end                              the place is open: the event is still to come
  *      T = max(since, T_end - 2 (d - D))      it has been closed for d = T_end - since > D

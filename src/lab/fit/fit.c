@@ -9,9 +9,9 @@
  * Fitting accelerations instead (equation error) is linear and has no false minima, but
  * differentiates the noise: 8 um of it at a 0.1 mm contact are 0.6 N.
  *
- * `converged` is said only when enough searches from different places ended in the same minimum,
- * the last step would gain less than 0.01 sd, and - where the noise is known - chi2/dof lies in the
- * band 1 +- (0.1 + 3 sqrt(2/dof)). The 0.1 is for a noise that is itself only known to 5 %. A
+ * `converged` needs three conditions: enough searches from different places ended in the same
+ * minimum; the last step would gain less than 0.01 sd; and, where the noise is known, chi2/dof is
+ * within 1 +- (0.1 + 3 sqrt(2/dof)). The 0.1 is for a noise that is itself only known to 5 %. A
  * minimum that all agree on and that still leaves more than noise is a misfit: the search did its
  * work, the model did not. Both are no verdict on physics: strokes that scatter by themselves
  * misfit, too.

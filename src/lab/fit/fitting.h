@@ -472,8 +472,8 @@ typedef struct fit__finding {
     char *text;           /* one sentence */
 } fit__finding;
 /** Do the records begin as the model moves? Up to four strokes are simulated for about half a swing
- *  from their initial states; where they are missed by much more than wrong parameters explain, the
- *  alternatives are simulated as well. Samples are changed meanwhile and put back.
+ * from their initial states. Where the residual is much more than wrong parameters explain, the
+ * alternatives are simulated as well. Samples are changed meanwhile and put back.
  *  @param list  out, freed by fit__setup_free; best first  @return OK, ENOMEM, the failure of
  *  making a simulation */
 stein_status fit__setup(fit__problem *p, fit__finding **list, int *n, stein_err *err);

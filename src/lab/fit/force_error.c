@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * force_error.c - the noise of measured forces, as unknowns of a record.
  *
- * A recorded force u = u_true + e drives the simulation. Its noise e is white, but what it does to
- * a motion is not: integrated, it looks like a spring, an asymmetry, a shift of the force, and in a
- * mechanism with contacts it moves their events. So e is an unknown of the record. Along any
- * orthonormal shapes over the samples white noise has independent amplitudes of the same standard
- * deviation s; of all shapes few move the mechanism. With G = dr/da of the amplitudes a [s] of the
- * n slowest cosines of every force,
+ * A recorded force u = u_true + e drives the simulation. Its noise e is white, but the effect on a
+ * motion is not. Integrated, it resembles a spring, an asymmetry or a shift of the force, and it
+ * moves the events of contacts. So e is an unknown of the record. Along any orthonormal shapes over
+ * the samples white noise has independent amplitudes of the same standard deviation s; of all
+ * shapes few move the mechanism. With G = dr/da of the amplitudes a [s] of the n slowest cosines of
+ * every force,
  *
  *      G'G = V L V',     share of shape i of chi2/dof: L_i / samples
  *

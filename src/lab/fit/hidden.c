@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * hidden.c - coordinates of bodies that turn in all directions of which a record shows nothing
- * where it begins: the height of a thrown cube tells neither where it is nor how it is turned. They
+ * hidden.c - coordinates of bodies that turn in all directions and that the beginning of a record
+ * does not show. The height of a thrown cube determines neither its place nor its attitude. They
  * begin as the file or the record states. So does a chart, which is no coordinate of the motion.
  */
 #include <math.h>

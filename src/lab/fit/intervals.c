@@ -7,12 +7,12 @@
  *      I          of the data alone
  *      I/v + 1    with the priors:   covariance = (I/v + 1)^-1,  v = max(1, chi2/dof) f
  *
- * v widens what the data tell where the residual is more than the stated noise (Birge 1932): then
- * the model lacks something and the formal errors mean little, but less would be false. Where the
- * noise was taken from the residual, f = 1 + 2 sum of its correlations (up to the first below 0.1):
- * a slow residual has fewer independent samples than rows. Eigenvalues of I show the combinations
- * that the data cannot tell: 1/sqrt(lambda) is their sd, in prior sd. Correlations by the data
- * alone are those of I^-1; parameters that no data depend on are named apart and left out.
+ * v widens the intervals where the residual is more than the stated noise (Birge 1932). The model
+ * then lacks something, and the formal errors mean little, but smaller ones would be false. Where
+ * the noise was taken from the residual, f = 1 + 2 sum of its correlations (up to the first below
+ * 0.1): a slow residual has fewer independent samples than rows. Eigenvalues of I show the
+ * combinations that the data cannot tell: 1/sqrt(lambda) is their sd, in prior sd. Correlations by
+ * the data alone are those of I^-1; parameters that no data depend on are named apart and left out.
  */
 #include <gsl/gsl_eigen.h>
 #include <gsl/gsl_linalg.h>

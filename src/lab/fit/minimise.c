@@ -3,23 +3,23 @@
  *
  * The equations are those of normal.c with mu D for the damping, mu by Nielsen's rule (Madsen,
  * Nielsen & Tingleff 2004, 3.2). D is diag(J'J) (Marquardt 1963), but falls to no less than a half
- * from one set of derivatives to the next: an unknown on which residuals hardly depend where a long
- * step has led would be free to go to infinity (Moré 1978 keeps the largest D of all, and creeps
- * where an unknown has to change by powers of ten). Steps follow the bend of the residuals
+ * from one set of derivatives to the next. Otherwise an unknown could go to infinity after a long
+ * step to where residuals hardly depend on it. (Moré 1978 keeps the largest D of all; it creeps
+ * where an unknown has to change by powers of ten.) Steps follow the bend of the residuals
  * (geodesic acceleration, Transtrum & Sethna 2012, arXiv:1201.5885), and are refused unseen where
  * it is strong; both where an unknown has no prior to hold it. Friction is not smooth enough for
  * them (an axle of tests/test_trust.sh: two of three searches ended elsewhere). Without the two,
  * BoxBOD and MGH17 of NIST's nonlinear regressions end at infinity from their first starts.
  *
- * Why not GSL's multifit_nlinear: its dense J holds a column for every nuisance of every stroke
- * (100 strokes x 4 nuisances x 10^5 rows); a stroke that cannot be simulated has no residual to
- * return, where here the step is simply refused; and its state is hidden, so that an interrupted
- * search could not go on bit for bit. The method is the same, a test compares the two. Normal
- * equations square the condition number; in prior units it is bounded by the ratio of prior to data
- * sd, 10^4 at the worst seen, and 10^8 is still harmless here.
+ * GSL's multifit_nlinear was rejected. Its dense J holds a column for every nuisance of every
+ * stroke (100 strokes x 4 nuisances x 10^5 rows). A stroke that cannot be simulated has no residual
+ * to return; here the step is refused. Its state is hidden, so an interrupted search could not
+ * continue bit for bit. The method is the same, a test compares the two. Normal equations square
+ * the condition number; in prior units it is bounded by the ratio of prior to data sd, 10^4 at the
+ * worst seen, and 10^8 is still harmless here.
  *
- * It ends when the decrement g' (J'J)^-1 g, what one more step would gain, is below a figure: 1e-4
- * is a hundredth of a standard deviation in the direction that is furthest off. With one-sided
+ * It ends when the decrement g' (J'J)^-1 g, the gain of one more step, is below a limit. 1e-4 is a
+ * hundredth of a standard deviation in the direction that is furthest off. With one-sided
  * differences it also ends when a step has gained less than ten times the figure.
  */
 #include <math.h>
@@ -278,10 +278,9 @@ static int leaves(const fit__problem *p, int u, double x, double dx)
     return !of->idle && (low || off);
 }
 
-/* The data are trusted no further than they are met: with chi2 per degree of freedom far above 1
- * the residual is no noise, derivatives are off by shares of it, and what they say of numbers that
- * the data hardly tell is made up. So the priors weigh chi2/dof times as much, until there is
- * nothing but noise left. */
+/* With chi2 per degree of freedom far above 1 the residual is no noise, and derivatives are off by
+ * shares of it. What they then say of numbers that the data hardly determine is wrong. So the
+ * priors weigh chi2/dof times as much, until there is nothing but noise left. */
 static void temper(const fit__problem *p, const fit__state *s, room *m)
 {
     m->prior = fmax(1.0, fit__chi2_dof(p, m->r));

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * observer.c - a simulation that is held near the data while its parameters are still wrong.
  *
- * The sum of squares of a free-running simulation has many minima: a pendulum that is half a period
- * late fits as badly as one that is a whole period late, and a hammer that misses the notch learns
- * nothing about the string. A simulation that is pulled towards the measurement stays in its phase
- * and its contacts, and the sum of squares of what the pull has to correct has few minima (observer
- * homotopy: Vyasarayani, Uchida, Carvalho & McPhee 2012). The pull is then taken away step by step.
+ * The sum of squares of a free simulation has many minima. A pendulum that is half a period late
+ * fits as badly as one that is a whole period late, and a hammer that misses the notch gives no
+ * information about the string. A simulation that is pulled towards the measurement stays in its
+ * phase and its contacts. The sum of squares of the corrections has few minima (observer homotopy:
+ * Vyasarayani, Uchida, Carvalho & McPhee 2012). The pull is then taken away step by step.
  *
  * At a sample with the innovation e_c = y_c - h_c the place of every measured point should jump by
  * K e_c and its speed by K^2/2 e_c/h, h being the interval to the next sample. Positions that are
@@ -16,10 +16,10 @@
  *                                        (K^2/2 - 4 K) in the second,
  *
  * with H = dh/dq and m_c = 1/(H_c M^-1 H_c') the mass that a force at its point moves: a free point
- * is at the end of the interval exactly where the jump would have brought it. Two forms that were
- * tried are not used: a spring and a damper towards the data need the slope of the data, which is
- * wrong for the whole length of its window at an impact; and decoupling the channels by the mass
- * matrix fails where a load or a contact moves masses that the matrix does not know.
+ * is at the end of the interval exactly where the jump would have brought it. Two other forms were
+ * tried and rejected. A spring and a damper towards the data need the slope of the data, which at
+ * an impact is wrong for the whole length of its window. Decoupling the channels by the mass matrix
+ * fails where a load or a contact moves masses that the matrix does not contain.
  */
 #include <gsl/gsl_linalg.h>
 #include <math.h>

@@ -8,13 +8,14 @@
  * The prior is the file's tolerance. A number without one gets a weak prior, so that a direction
  * which the data do not tell ends where the file was instead of nowhere.
  *
- * A stroke's own unknowns: the time of an unsynchronised trigger; an offset of every channel that a
- * camera marker shows (a place or a gap: markers are glued on by hand); the initial state where the
- * mechanism does not settle and the stroke does not state it (the trigger's time would have the
- * same effect, and is left out); one factor each on all joint frictions, on all contact frictions
- * and on the drive, because felt and leather are not twice the same and neither is a finger. Left
- * out, that scatter goes into the parameters, which then come out ten standard deviations wrong.
- * Fewer than four strokes cannot show it. Errors of measured forces: force_error.c.
+ * A stroke has unknowns of its own: the time of an unsynchronised trigger; an offset of every
+ * channel that a camera marker shows (markers are glued on by hand); the initial state, where the
+ * mechanism does not settle and the stroke does not state it. The trigger's time would have the
+ * same effect as the initial state, and is left out beside it. One factor each scales all joint
+ * frictions, all contact frictions and the drive, since felt, leather and a finger differ from
+ * stroke to stroke. Without these factors the scatter goes into the parameters, which are then ten
+ * standard deviations off. Fewer than four strokes cannot show it. Errors of measured forces:
+ * force_error.c.
  */
 #include <math.h>
 #include <stdlib.h>

@@ -3,10 +3,10 @@
  *
  *      D(z) = min over the others of chi2 + other priors  -  its minimum over z too  =  3.84 v
  *
- * with v as for the linear intervals, and without the parameter's own prior:
- * this is what the data say (Raue et al. 2009). sqrt(D) is nearly straight in z, so the crossing is
- * found by stretching the distance by sqrt(3.84 v / D), four or five refits a side, each from the
- * last one's end. A side that is not reached within ten prior standard deviations or a factor of 20
+ * with v as for the linear intervals, and without the parameter's own prior: information of the
+ * data alone (Raue et al. 2009). sqrt(D) is nearly straight in z. So the crossing is found by
+ * stretching the distance by sqrt(3.84 v / D), in four or five refits a side, each from the end of
+ * the last one. A side that is not reached within ten prior standard deviations or a factor of 20
  * is open.
  */
 #include <math.h>

@@ -9,10 +9,10 @@
  *      start 17 1                  of every finished start; then its objective and x
  *      end 8c1f...                 checksum of all before
  *
- * Numbers are hexadecimal, so what is read back is what was written, and an iteration depends on
- * nothing else: an interrupted fit ends with the same bits as one that was not. The file is written
- * beside its place and renamed. A journal with lines for every simulation would save the iteration
- * too, at a thousand times the size.
+ * Numbers are hexadecimal, so they are read back exactly, and an iteration depends on nothing else.
+ * An interrupted fit ends with the same bits as an uninterrupted one. The file is written beside
+ * its place and renamed. A journal with lines for every simulation would save the iteration too, at
+ * a thousand times the size.
  */
 #include <inttypes.h>
 #include <stdlib.h>

@@ -3,18 +3,18 @@
  *
  * Differences of whole strokes:   dr/dx = (r(x + d) - r(x - d)) / 2d.
  *
- * Each of them locates its own events, so a contact that begins earlier, a beak that escapes later
- * and the jump of the force there are in the difference as they are in the motion. Differentiating
- * the equations (forward variational equations) needs the derivative of every event's time and a
- * jump of the sensitivities at every one of them, by hand for each new kind of contact; where that
- * was left out or got wrong, published packages are wrong by up to 7 % next to events. It also
- * needs generated derivatives of all force laws, and would save a factor of two at most: a stroke
- * with controlled steps costs less than the extra equations of one parameter with fixed ones. The
- * price of differences is the choice of d, which is therefore made from what it does: so that the
- * predictions of a stroke change by a tenth of the noise (RMS), far below what bends and, with
- * steps of 1e-14, far above the integration's rounding. The derivatives that intervals are made of
- * are then right to 1e-6 in a stroke of the piano action with its 25 events (steps of 1e-13 leave
- * 2e-5); a test holds them against differences of order six.
+ * Each of them locates its own events. So a contact that begins earlier, a beak that escapes later
+ * and the jump of the force are in the difference as they are in the motion. Differentiating the
+ * equations (forward variational equations) needs the derivative of every event's time and a jump
+ * of the sensitivities there, written by hand for each kind of contact. Published packages that
+ * lack it are wrong by up to 7 % next to events. These equations also need generated derivatives of
+ * all force laws. They would save a factor of two at most, since a stroke with controlled steps
+ * costs less than the extra equations of one parameter with fixed ones. The price of differences is
+ * the choice of d. It changes the predictions of a stroke by a tenth of the noise (RMS). At that
+ * change their curvature does not matter yet and, with steps of 1e-14, the rounding of the
+ * integration is far smaller. The derivatives that intervals are made of are then right to 1e-6 in
+ * a stroke of the piano action with its 25 events (steps of 1e-13 leave 2e-5); a test holds them
+ * against differences of order six.
  *
  * While a search is on its way, one-sided differences with changes of 0.3 noises and coarser
  * integration serve: they cost a quarter, and their error is of the order of d.

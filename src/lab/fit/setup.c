@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * setup.c - does the beginning of the records follow from the equations, and if not, why?
  *
- * A sign, a zero, a unit or a plane that is wrong shows in the first half swing, whatever the
- * parameters are: with the initial state that its first samples show, the model leaves the record
- * by a good part of its range. Up to four strokes are simulated for so long, and where that happens
- * every alternative is simulated as well,
+ * A wrong sign, zero, unit or plane shows in the first half swing, whatever the parameters are.
+ * From the initial state that the first samples show, the model leaves the record by a large part
+ * of its range. Up to four strokes are simulated for so long, and where that happens every
+ * alternative is simulated as well,
  *
  *      y_c -> -y_c                     the sense of a channel
  *      y_c -> y_c + pi, +- pi/2        where an angle counts from
@@ -21,9 +21,9 @@
  *      m = mean of (y - h)^2/(noise^2 + (range/100)^2),
  *
  * so that wrong parameters, which cost some hundredths of the range in half a swing, do not decide.
- * An alternative is reported when m falls ten times, in every stroke that was simulated, and when
- * it fits: where friction holds what the equations let run away, less motion is nearer, whatever it
- * is.
+ * An alternative is reported when m falls ten times in every stroke that was simulated, and when it
+ * fits. Without the second condition any reading with less motion would be reported where friction
+ * holds a body that moves in the equations.
  */
 #include <math.h>
 #include <stdlib.h>

@@ -10,11 +10,11 @@
  *      (1 + a D D') y = D u,    g = u - a D' y
  *
  * with D the third derivative by divided differences, each times the root of its interval; seven
- * diagonals, solved in O(n) for each trial a. A cubic spline runs through g. The third derivative,
- * because a penalty on the second one - the smoothing spline of the books - pulls accelerations
- * themselves down and to 0 at both ends: a record that begins in motion lacked 70 N of a force of
- * 90 N there. s is the noise the audit found; without noise a = 0. A force needs no derivatives and
- * runs straight between its samples.
+ * diagonals, solved in O(n) for each trial a. A cubic spline runs through g. The penalty is on the
+ * third derivative. On the second one, as in the usual smoothing spline, it reduces accelerations,
+ * and to 0 at both ends: a record that begins in motion lacked 70 N of a force of 90 N there. s is
+ * the noise the audit found; without noise a = 0. A force needs no derivatives and runs straight
+ * between its samples.
  *
  * An oscillation of frequency f keeps the share 1/(1 + a h (2 pi f)^6) of itself, h the interval of
  * the samples; the band of a signal is the f that keeps half. A caller that knows the band states

@@ -11,18 +11,18 @@
  * Steps. A fixed step of 10 us leaves an error of 0.2 um (RK4) or 0.5 um (DP5) in a stroke of the
  * piano action, 20-40 us leave 1 to 7 um: the rubbing notch is stiff for a few ms (mu f_n/(m v_t),
  * about 1e5 1/s) and nothing happens for the rest. So their error is controlled, and the samples
- * are read from their dense output: the steps know nothing of frames, trigger and clock, and
- * differences with respect to those see a smooth interpolant. Only the samples of a recorded input,
- * which bends there, end a step.
+ * are read from their dense output. The steps do not depend on frames, trigger and clock, so
+ * differences with respect to these are those of a smooth interpolant. Only the samples of a
+ * recorded input, which bends there, end a step.
  *
  * With tol = 1e-11 a stroke is right to 1e-9 m, and what differences of strokes see of the steps'
  * choice is smaller. A sequence of steps kept from the unchanged parameters would be smoother
  * still, but not where a contact begins earlier than it did.
  *
- * A search tries numbers that no mechanism has. Strokes take 400 to 2000 trial steps where they are
- * real, and one that rattles on a table's slope took 8 million, longer than all others together:
- * beyond a hundred to each of the longest steps it cannot be simulated. A run has such a limit of
- * its own, but a stroke with a recorded input is hundreds of them.
+ * A search tries numbers that no mechanism has. Real strokes take 400 to 2000 trial steps. One that
+ * rattled on a table's slope took 8 million, longer than all others together. So more than a
+ * hundred steps for each of the longest ones count as a failed simulation. A run has such a limit
+ * of its own, but a stroke with a recorded input is hundreds of them.
  *
  * Times of events are no samples: event_times.c.
  */
@@ -216,10 +216,10 @@ static void apply(const fit__problem *p, const lab_data *data, const lab_candida
     }
 }
 
-/* An instrument that was put right for a stroke reads right there, a part that was taken off is not
- * there, and a length that was measured is what it is, whatever they are suspected of: of these
- * numbers the stroke has the last word. A load or a spring that a stroke sets is what somebody
- * meant to set; effects act on top of it. */
+/* A stroke may state numbers: of an instrument that was corrected for it, of a part that was
+ * removed, of a length that was measured. These values are used, whatever a candidate assumes of
+ * them. A load or a spring that a stroke sets is what somebody meant to set; effects act on top of
+ * it. */
 static void put_right(const lab_data *data, double *p)
 {
     for (int i = 0; i < data->nset; i++) {

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * start_state.c - the state that the channels of a record show at its start.
  *
- * What the channels show (start_kinematics.c) is completed by priors: the state that the stroke
- * would begin in otherwise (initial values of the file, equilibrium), with the file's tolerance or
- * else so wide that it decides only about combinations of joints that no channel shows.
+ * What the channels show (start_kinematics.c) is completed by priors: the state in which the stroke
+ * would begin otherwise (initial values of the file, equilibrium). Their width is the file's
+ * tolerance, or so large that they decide only about combinations of joints that no channel shows.
  *
  * A point's coordinate may be reached in several states (elbow up or down). All minima that are as
  * good as the best are simulated for the length of the start window, and the one that follows the

@@ -11,12 +11,12 @@
  *
  * (K = 0.3 above them costs ten times as much and ends nowhere else: its forces shake the
  * contacts.) Every rung (see observer.c) starts where the one above it ended. A direct search from
- * parameters that are 10 % wrong ends in a false minimum more often than not, and a false minimum
- * looks exactly like missing physics; that the ends of different searches agree is the only proof
- * there is of having found the lowest one. False minima are many, so free-running searches that end
- * in them do not agree. A rung costs as much as a hundred strokes that run free and in lanes: it is
- * not begun where all starts have ended in one minimum. The search also stops early when enough of
- * them agree and the residual is noise - a false minimum is never that good.
+ * parameters that are 10 % wrong usually ends in a false minimum, which looks exactly like missing
+ * physics. Only the agreement of different searches shows that the lowest minimum was found. False
+ * minima are many, so free-running searches that end in them do not agree. A rung costs as much as
+ * a hundred strokes that run free and in lanes: it is not begun where all starts have ended in one
+ * minimum. The search also stops early when enough of them agree and the residual is noise - a
+ * false minimum is never that good.
  */
 #include <gsl/gsl_qrng.h>
 #include <math.h>

@@ -63,9 +63,9 @@ static stay stay_of(const double *y, int n, int i, double step)
  * each counts as 1/n. Taken as n samples, the rounding of a slow motion, which is the same for all
  * of them, would be taken for an effect. How often a reading is repeated is counted over the time
  * that the motion takes for it and its neighbours, n = samples / readings. Where a value lies
- * between two readings they alternate, each is half a step off, and none is repeated: counted by
- * themselves these errors, the largest ones, would weigh most, and a true model would leave more
- * than noise. @return sum of what they count as */
+ * between two readings they alternate, each is half a step off, and none is repeated. Counted
+ * separately, these largest errors would weigh most, and a true model would leave more than noise.
+ * @return sum of what they count as */
 static double share_out(const double *y, int n, double step, double *share)
 {
     enum { KEPT = 4 }; // of alternating readings

@@ -127,42 +127,6 @@ char *fmu__words_param(const fmu_list *list, int param)
 
 char *fmu__words_channel(const fmu_list *list, int channel)
 {
-    static const char *const words[] = {"time",
-                                        "coordinate of joint ",
-                                        "speed of joint ",
-                                        "acceleration of joint ",
-                                        "x of point ",
-                                        "y of point ",
-                                        "z of point ",
-                                        "velocity along x of point ",
-                                        "velocity along y of point ",
-                                        "velocity along z of point ",
-                                        "gap of contact ",
-                                        "normal force of contact ",
-                                        "friction of contact ",
-                                        "normal force of notch ",
-                                        "phase of notch ",
-                                        "overlap of notch ",
-                                        "input ",
-                                        "force that goes with input ",
-                                        "kinetic energy",
-                                        "potential energy",
-                                        "roll of body ",
-                                        "pitch of body ",
-                                        "yaw of body ",
-                                        "attitude xx of body ",
-                                        "attitude xy of body ",
-                                        "attitude xz of body ",
-                                        "attitude yx of body ",
-                                        "attitude yy of body ",
-                                        "attitude yz of body ",
-                                        "attitude zx of body ",
-                                        "attitude zy of body ",
-                                        "attitude zz of body ",
-                                        "turning speed about x of body ",
-                                        "turning speed about y of body ",
-                                        "turning speed about z of body ",
-                                        "angle against the frame of body "};
     const stein_channel *c = &list->model->channels[channel];
     const char *about = fmu__about(list->m, "outputs", c->name);
     if (about != NULL) {
@@ -170,7 +134,7 @@ char *fmu__words_channel(const fmu_list *list, int channel)
     }
     // the file does not name "time", which is channel 0
     const char *thing = channel > 0 ? mech_target(list->m, &list->m->channels[channel - 1]) : "";
-    return lab__text("%s%s%s%s", words[c->read], thing,
+    return lab__text("%s%s%s%s", mech_output_kind_of((int)c->read)->about, thing,
                      c->sign < 0 ? ", counted the other way" : "",
                      c->from_rest ? ", from its value at rest" : "");
 }

@@ -41,30 +41,18 @@ int fmu__is_tunable(const mechanism *m, const stein_model *model, int param)
     return m->params[k].stated && strstr(name, ".initial.") == NULL;
 }
 
-/* does an output follow from the places of the joints, also from their speeds, or from forces? */
-static int reach_of(stein_read_kind read)
+/* what an output follows from; a friction that sticks holds, whatever force acts */
+static int reach_of(const stein_model *model, stein_read_kind read)
 {
-    enum { NOTHING = -1, PLACE, SPEED, FORCE };
-    if (stein_reads_place((int)read)) {
-        return PLACE;
-    }
-    switch (read) {
-    case STEIN_READ_TIME:
-    case STEIN_READ_NOTCH_PHASE: return NOTHING;
-    case STEIN_READ_NOTCH_OVERLAP:
-    case STEIN_READ_POTENTIAL: return PLACE;
-    case STEIN_READ_ACCELERATION:
-    case STEIN_READ_INPUT:
-    case STEIN_READ_INPUT_FORCE: return FORCE;
-    default: return SPEED;
-    }
+    int holds = read == STEIN_READ_TANGENT && model->nstick > 0;
+    return holds ? MECH_FROM_FORCES : mech_output_kind_of((int)read)->from;
 }
 
 int fmu__depends(const stein_model *model, const fmu_variable *output, const fmu_variable *input)
 {
     const stein_channel *c = &model->channels[output->is.index];
     if (input->is.kind == FMI_LOAD) { // it is put where the mechanism is
-        return reach_of(c->read) >= 0;
+        return reach_of(model, c->read) >= MECH_FROM_PLACES;
     }
     const stein_input *in = &model->inputs[input->is.index];
     int is_echo =
@@ -73,8 +61,8 @@ int fmu__depends(const stein_model *model, const fmu_variable *output, const fmu
     if (is_echo) { // an input without change
         return c->index == input->is.index && input->is.order == 0;
     }
-    return in->kind == STEIN_INPUT_MOTION ? input->is.order <= reach_of(c->read)
-                                          : reach_of(c->read) == 2;
+    int reach = reach_of(model, c->read);
+    return in->kind == STEIN_INPUT_MOTION ? input->is.order <= reach : reach == MECH_FROM_FORCES;
 }
 
 /* ---- the list ---- */

@@ -428,7 +428,7 @@ stein_status mjcf_take(draft *d, const xml_node *root)
         note_body(m, world, &m->body[0]);
         take_children(m, world, 0);
         name_rest(m);
-        mjcf_rest(m);
+        mjcf_equalities(m);
     }
     if (d->status == STEIN_OK && d->nbody == 0) {
         draft_wrong(d, world, "<worldbody> without a body that moves, expected one");

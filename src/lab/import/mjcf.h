@@ -2,7 +2,7 @@
  * mjcf.h - shared by the files that read a model of MuJoCo.
  *
  *   mjcf.c  attributes, joints, bodies    mjcf_geoms.c  mass and inertia
- *   mjcf_rest.c  equalities, actuators, what is left out
+ *   mjcf_equalities.c  equalities, actuators, what is left out
  * Included by: this folder.
  */
 #ifndef MJCF_H
@@ -47,6 +47,6 @@ void mjcf_orientation(const mjcf *m, const xml_node *node, double R[9]);
  *  its parent's origin. @param to  has them then */
 void mjcf_mass(mjcf *m, const xml_node *node, const mjcf_body *b, draft_body *to);
 /** Equalities, actuators, and notes of other elements. */
-void mjcf_rest(mjcf *m);
+void mjcf_equalities(mjcf *m);
 
 #endif

@@ -104,8 +104,8 @@ static void write_initial(FILE *f, const draft *d, const draft_body *b)
     }
 }
 
-/* Inertia against a joint of its body, and with `all` of all that it carries, while all joints are
- * at 0 [kg m^2 or kg]; hinges that are held before a joint are not looked through. */
+/* Inertia against a joint of its body, with `all` also of all that it carries, while all joints are
+ * at 0 [kg m^2 or kg]. Bodies behind held hinges before a joint do not count. */
 static double inertia_of(const draft *d, int body, int all)
 {
     const draft_body *joint = &d->body[body];

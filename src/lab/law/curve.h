@@ -18,7 +18,7 @@
 #include <math.h>
 
 #include "verdict.h"
-#include "structure.h"
+#include "added_parts.h"
 
 enum { CURVE_POINTS = 25, CURVE_CONTACT_POINTS = 25 };
 

@@ -1,5 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * curve_fit.c - fits of one curve, and their ends.
+ * curve_fit.c - the fit of one curve of an unknown law, with all other unknowns, to the records.
+ *
+ *      diag__curve_fit     coarse, for every site: while an observer holds, then free
+ *      diag__curve_settle  to convergence, for the best sites: central differences, fine steps, the
+ *                          scatter of friction and drive estimated again
  */
 #include <math.h>
 #include <stdlib.h>
@@ -7,15 +11,15 @@
 
 #include "curve_fitting.h"
 
-enum { SETTLINGS = 2, ROUNDS = 5, ROUNDS_TO_SETTLE = 40 };
-enum { NOISE_ROUNDS = 15 };                 // where each round estimates the noise as well
-static const double rung[] = {0.05, 0.012}; /* gains of the observer */
-enum { RUNGS = sizeof rung / sizeof *rung };
-static const double as_noise = 1.2; /* chi2/dof */
-static const double far = 9.0;      /* chi2 per sample */
-static const double fine = 1e-12;   /* tolerance of a step where a fit settles */
-static const double little = 0.5;   /* gain of a round */
-static const double by_noise = 3.0; /* sd of chi2/dof: what is left counts as more */
+enum { STEP_CHOICES = 2, ROUNDS = 5, ROUNDS_TO_SETTLE = 40 };
+enum { NOISE_ROUNDS = 15 };                          // where each round estimates the noise as well
+static const double observer_gain[] = {0.05, 0.012}; /* one after the other */
+enum { OBSERVER_GAINS = sizeof observer_gain / sizeof *observer_gain };
+static const double as_noise = 1.2;    /* chi2/dof up to which a curve leaves noise */
+static const double far = 9.0;         /* chi2 per sample from which a free fit would diverge */
+static const double fine = 1e-12;      /* tolerance of a step where a fit settles */
+static const double least_gain = 0.5;  /* of a round, to make another one */
+static const double sd_of_noise = 3.0; /* a chi2/dof more than so many sd above 1 is no noise */
 
 /* chi2 of the free simulation at x, INFINITY: it fails */
 static double misfit(diag__curves *w, const double *x, double *r)
@@ -38,11 +42,11 @@ static stein_status fit_from_null(diag__curves *w, diag__curve *c, int held, ste
         return status;
     }
     int rounds = fit__noise_given(&w->p) ? ROUNDS : NOISE_ROUNDS;
-    for (int i = 0; held && i < RUNGS && end == STEIN_OK; i++) {
+    for (int i = 0; held && i < OBSERVER_GAINS && end == STEIN_OK; i++) {
         if (i > 0 && misfit(w, c->x, t.try_r) < far * w->p.samples) {
             break;
         }
-        end = diag__rounds(&t, rung[i], rounds, 0, &why);
+        end = diag__rounds(&t, observer_gain[i], rounds, 0, &why);
     }
     end = end == STEIN_OK ? diag__rounds(&t, 0.0, rounds, 0, &why) : end;
     diag__fitting_weigh(&t, end);
@@ -73,7 +77,7 @@ static stein_status settle(diag__fitting *t, stein_err *err)
     fit__problem *p = &t->w->p;
     int failed = 0;
     stein_status status = fit__residuals(p, t->c->x, t->c->r, &failed, err);
-    for (int k = 0; k < SETTLINGS && status == STEIN_OK; k++) {
+    for (int k = 0; k < STEP_CHOICES && status == STEIN_OK; k++) {
         status = fit__sensitivities(p, t->c->x, t->c->r, t->J, err);
         if (status == STEIN_OK) {
             fit__choose_steps(p, t->J);
@@ -114,8 +118,9 @@ static stein_status scatter_anew(diag__fitting *t, stein_err *err)
 static double worth(const diag__curves *w, const diag__curve *c)
 {
     double sd = sqrt(2.0 / fmax(1.0, w->p.samples)),
-           more = fit__noise_given(&w->p) ? diag__curve_chi2_dof(w, c) - 1.0 - by_noise * sd : 0.0;
-    return fmax(little, more * w->p.samples / ROUNDS_TO_SETTLE);
+           more =
+               fit__noise_given(&w->p) ? diag__curve_chi2_dof(w, c) - 1.0 - sd_of_noise * sd : 0.0;
+    return fmax(least_gain, more * w->p.samples / ROUNDS_TO_SETTLE);
 }
 
 stein_status diag__curve_settle(diag__curves *w, diag__curve *c, stein_err *err)

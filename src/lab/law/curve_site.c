@@ -1,12 +1,13 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * curve_site.c - where an unknown law could sit, and the states that the strokes visit there.
+ * curve_site.c - where an unknown law could act, and the states that the records visit there.
  *
- * Points stand half as dense as the states are visited and half evenly over their range,
+ * The n points of a curve are quantiles of a distribution g, the mean of two: the visited states,
+ * and the uniform distribution over their range,
  *
  *      g(x) = 1/2 (x - lo)/(hi - lo) + 1/2 share of visits below x,     g(x_k) = k/(n - 1)
  *
- * so that a stop of the motion, where friction turns over, is resolved as well as the free swing. A
- * force over depth begins at 0: an open contact does not push.
+ * So speeds near 0, where friction changes its sign, have as many points as the free swing. A force
+ * over depth begins at 0: an open contact does not push.
  */
 #include <gsl/gsl_sort.h>
 #include <math.h>

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * modes.c - natural frequencies, damping and shapes of a linearised mechanism: the eigenvalues of A
- * of its free coordinates, by QR (GSL), balanced first as coordinates are in rad and in m.
+ * modes.c - natural frequencies, damping and shapes of a linearised mechanism. They are eigenvalues
+ * of A of its free coordinates, by QR (GSL), balanced first, since coordinates are in rad and in m.
  */
 #include <gsl/gsl_complex_math.h>
 #include <gsl/gsl_eigen.h>

@@ -232,15 +232,6 @@ static void put_inputs(writer *w)
 
 static void put_channels(writer *w)
 {
-    static const char *const read[] = {"time",    "position",    "speed",       "acceleration",
-                                       "x",       "y",           "z",           "vx",
-                                       "vy",      "vz",          "gap",         "force",
-                                       "tangent", "notch_force", "notch_phase", "notch_overlap",
-                                       "input",   "input_force", "kinetic",     "potential",
-                                       "roll",    "pitch",       "yaw",         "xx",
-                                       "xy",      "xz",          "yx",          "yy",
-                                       "yz",      "zx",          "zy",          "zz",
-                                       "wx",      "wy",          "wz",          "angle"};
     lab__json *j = &w->j;
     lab__json_open(j, "channels", '[');
     for (int i = 0; i < w->equations->nchannel; i++) {
@@ -249,9 +240,9 @@ static void put_channels(writer *w)
         lab__json_text(j, "name", c->name);
         lab__json_text(j, "unit", c->unit);
         lab__json_text(j, "read",
-                       stein_reads_attitude((int)c->read) ? "attitude"
-                       : c->read == STEIN_READ_REACTION   ? "reaction"
-                                                          : read[c->read]);
+                       stein_reads_attitude((int)c->read)
+                           ? "attitude"
+                           : mech_output_kind_of((int)c->read)->name);
         lab__json_int(j, "index", c->index);
         lab__json_int(j, "sign", c->sign);
         lab__json_bool(j, "rest", c->from_rest);

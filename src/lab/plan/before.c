@@ -200,7 +200,7 @@ static stein_status take_columns(view *v, const diag__problem *q, const diag__li
 
 static stein_status linearise(view *v, diag__problem *q, stein_err *err)
 {
-    const diag__proposal null = {.parent = -1, .source = 'S', .rough = 1};
+    const diag__proposal null = {.parent = -1, .by = &diag__step_settings, .rough = 1};
     diag__table t = {.n = 0};
     diag__linear l = {.n = 0};
     diag__row *row = NULL;

@@ -31,7 +31,7 @@
 
 #include "data_internal.h"
 #include "planning.h"
-#include "structure.h"
+#include "added_parts.h"
 
 enum { FASTER = 10 };
 static const char fast_camera[] = "a camera ten times as fast";

@@ -14,7 +14,7 @@
 #include "data_internal.h"
 #include "functions.h"
 #include "planning.h"
-#include "structure.h"
+#include "added_parts.h"
 #include "verdict.h"
 
 enum { MOST_ROWS = 4000 };

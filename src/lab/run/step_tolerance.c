@@ -9,7 +9,7 @@
  *
  * a step's error of e in a coordinate is one of slope e at most in the channel. In strokes of the
  * 1788 action the channel is off by 3 to 1900 times that (dx = -1.2 .. 0.25 mm, steps of 1e-11 to
- * 1e-9): the errors of a thousand steps add up, and impacts enlarge them. So
+ * 1e-9). The errors of a thousand steps add up, and impacts enlarge them. So
  *
  *      tolerance of a step = stated / (3000 slope)
  */

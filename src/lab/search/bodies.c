@@ -4,7 +4,7 @@
  * A file without any tolerance of its bodies holds what was weighed, guessed or taken from a
  * drawing. Three wrong numbers at once are more than a hypothesis has causes, and no effect of the
  * table is found beside them. So where no hypothesis leaves noise, the best ones are fitted once
- * more with all of these numbers free, their priors as wide as those of any number without a
+ * more with all of these numbers free. Their priors are as wide as those of any number without a
  * tolerance (30 %, fit/problem.c). The search goes on from there if that pays:
  *
  *      L(as stated) - L(bodies free) > 25      or, with k causes less,      > -25 k
@@ -121,7 +121,7 @@ stein_status diag__bodies_begin(diag__problem *q, diag__table *t, diag__bodies *
         return status;
     }
     status = release(q, err);
-    status = status == STEIN_OK ? diag__fit_again(q, t, 'B', err) : status;
+    status = status == STEIN_OK ? diag__fit_again(q, t, &diag__step_bodies, err) : status;
     const diag__row *now = status == STEIN_OK ? diag__incumbent(q, t) : NULL;
     if (now != NULL) {
         double gain = diag__weighed(q, best) - now->objective;

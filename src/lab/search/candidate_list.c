@@ -10,7 +10,7 @@
 #include <string.h>
 
 #include "search.h"
-#include "structure.h"
+#include "added_parts.h"
 
 static const double nothing = 1e-300; /* of a friction */
 static const double of_stated = 0.1;  /* its size: plausible error where all records state one */
@@ -174,8 +174,9 @@ static const char *untestable(const diag__problem *q, const lab_candidate *c)
     return NULL;
 }
 
-/* The file's numbers, and next to nothing of what an effect may be a share of: a share of friction
- * that is found on the way is a candidate beside it. @return freed by the caller; NULL: no memory
+/* The file's numbers, and a very small value of each number that an effect may be a share of. So a
+ * share of a friction that the search finds is a candidate beside it. @return freed by the caller;
+ * NULL: no memory
  */
 static double *with_shares(const diag__problem *q)
 {

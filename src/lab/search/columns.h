@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * columns.h - columns of a linear model on their way.
+ * columns.h - columns of a linear model while they are computed.
  * Included by: this folder.
  */
 #ifndef DIAG_COLUMNS_H

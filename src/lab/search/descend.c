@@ -8,10 +8,10 @@
  *                each lost record is followed from its start
  *
  * Continuation in an observer's gain: Vyasarayani et al. 2012 (fit/observer.c). Measured on strokes
- * of the piano action with an effect of two noises hidden in them: the hidden effect ranks first or
- * among its geometric equivalents at a gain of 0.05, and 65th at the free fit of the model without
- * it. Growing horizons lead where an oscillation would lose its phase or motion is chaotic: a crank
- * that swings seventy times, a sensor gain of -5 %, ended at chi2/dof 2.4e7 with the observer and
+ * of the piano action with a hidden effect of two noises: at a gain of 0.05 the effect ranks first
+ * or among its geometric equivalents, at the free fit of the model without it 65th. Growing
+ * horizons are used where an oscillation would lose its phase or motion is chaotic. A crank that
+ * swings seventy times, with a sensor gain of -5 %, ended at chi2/dof 2.4e7 with the observer, and
  * ends at 5.1 with them.
  */
 #include <gsl/gsl_randist.h>
@@ -173,8 +173,8 @@ static double lost_from(const fit__problem *p, double until)
     return fmax(1.0, sum);
 }
 
-/* All numbers over a horizon that grows from the start windows to the whole records: a swing whose
- * frequency is off by one in a hundred has lost its phase after fifty.
+/* All numbers, over a horizon that grows from the start windows to the whole records. A swing whose
+ * frequency is 1 % off has lost its phase after fifty periods.
  * @param reach  NULL: to the end; else out: the last horizon over which the fit did not end far
  * off, where it stops, 0: none; INFINITY: it did so over none */
 static stein_status descend_growing(fit__problem *p, fit__end *e, double *reach, stein_err *err)
@@ -293,8 +293,8 @@ typedef struct alone {
 } alone;
 
 /* The initial state from which the simulation follows the record, over a horizon that grows from
- * the start window to the whole record: behind a few impacts or in chaotic motion no fit over all
- * of it finds the way. What it ends at stays where it is nearer. */
+ * the start window to the whole record. After a few impacts, or in chaotic motion, a fit over all
+ * of it at once does not converge. What it ends at stays where it is nearer. */
 static stein_status follow(const fit__problem *own, double *x, stein_err *err)
 {
     const fit__stroke *t = &own->stroke[0];
@@ -322,8 +322,8 @@ static stein_status follow(const fit__problem *own, double *x, stein_err *err)
     return status;
 }
 
-/* A record by itself from other starts, draws of its own unknowns from their priors, where it has
- * not come near: a hammer that bounces once more, or is caught, has another minimum. What comes
+/* A record by itself, where its fit has not come near, from other starts: draws of its own unknowns
+ * from their priors. A hammer that bounces once more, or is caught, has another minimum. What comes
  * nearest stays. */
 static stein_status restart(fit__problem *own, fit__end *e, stein_err *err)
 {

@@ -12,7 +12,7 @@
 
 #include "data_cut.h"
 #include "search.h"
-#include "structure.h"
+#include "added_parts.h"
 
 static const double offset_prior = 1e-3; /* [m] a marker is glued on by hand */
 /* A step's error in shares of the noise: differences of records see a tenth of the noise (fit/

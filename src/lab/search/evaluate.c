@@ -203,7 +203,7 @@ stein_status diag__evaluate(diag__problem *q, diag__table *t, const diag__propos
         return lab__no_memory(err);
     }
     row->h = from->h;
-    row->source = from->source;
+    row->by = from->by;
     row->parent = from->parent;
     row->rough = from->rough || (from->parent >= 0 && t->row[from->parent]->rough);
     row->objective = row->chi2_dof = row->relative = INFINITY;
@@ -294,14 +294,15 @@ static void scale_scatter(diag__row *row, const double *f)
     }
 }
 
-/* One-sided differences and coarse steps serve a search. Where two unknowns change nearly the same
- * - friction and the speed at which it begins - the roughness of their columns looks like knowledge
- * that tells them apart, and the fit ends where that leads: on strokes of the action an amount was
- * 1.5 % off with a standard deviation of 0.3 %, and is 1.2 % off with one of 1.1 % from central
- * differences and steps ten times finer. So what is reported is fitted to its end with those. And
- * with the scatter that was found instead of that of the prior: where records do not differ, their
- * own friction would take part of an effect, and the interval would not know. A fit that need not
- * come nearer its minimum than by what a search takes for nothing goes on as in the search. */
+/* One-sided differences and coarse steps serve a search. Two unknowns may change the records nearly
+ * alike, such as friction and the speed at which it begins. Then the errors of their columns look
+ * like information that separates them, and the fit ends at a wrong place. On strokes of the action
+ * an amount was 1.5 % off with a standard deviation of 0.3 %. With central differences and steps
+ * ten times finer it is 1.2 % off with one of 1.1 %. So what is reported is fitted to its end with
+ * those. The scatter is the estimated one instead of that of the prior. Otherwise the records' own
+ * friction would take part of an effect where records do not differ, and the interval would not
+ * contain that. A fit that need not come nearer its minimum than by what a search takes for nothing
+ * goes on as in the search. */
 static stein_status refine(diag__row *row, double within, stein_err *err)
 {
     fit__problem *p = &row->p;

@@ -9,7 +9,7 @@
  * like all others, so that what could stand in their place is a question to the same matrix.
  *
  * Rows near the end differ by less than a secant's own change. So columns of a free linear model
- * stay, and serve a row whose residuals differ from those there by no more than that (RMS): their
+ * are kept for a row whose residuals differ from those there by no more than that (RMS). Their
  * error is of the order of the secant's. Derivatives and residuals are always those of the row.
  */
 #include <gsl/gsl_linalg.h>

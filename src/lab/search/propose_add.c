@@ -10,7 +10,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "proposing.h"
+#include "proposals.h"
 
 enum { POOL = 60, MOVED = 3 };           /* columns that pairs are made of */
 static const double the_same = 0.99;     /* likeness from which on two columns are one proposal */
@@ -51,7 +51,7 @@ static int is_repeated(const diag__linear *l, const diag__ranked *list, int n,
 
 /* the first of a ranked list that differ from each other. @return how many */
 static int choose(const diag__problem *q, const diag__linear *l, diag__ranked *list, int n,
-                  char source, diag__proposal *out, int most)
+                  const diag__proposer *by, diag__proposal *out, int most)
 {
     int found = 0;
     diag__rank(list, n);
@@ -61,7 +61,7 @@ static int choose(const diag__problem *q, const diag__linear *l, diag__ranked *l
             continue;
         }
         if (take(l, list[i].a, list[i].b, &out[found])) {
-            out[found].source = source;
+            out[found].by = by;
             list[found++] = list[i];
         }
     }
@@ -80,7 +80,7 @@ static int add(const diag__problem *q, const diag__table *t, const diag__linear 
             list[n++] = (diag__ranked){a, -1, p.expected};
         }
     }
-    return choose(q, l, list, n, 'A', out, most);
+    return choose(q, l, list, n, &diag__propose_add, out, most);
 }
 
 static int pair(const diag__problem *q, const diag__table *t, const diag__linear *l,
@@ -106,7 +106,7 @@ static int pair(const diag__problem *q, const diag__table *t, const diag__linear
             }
         }
     }
-    return choose(q, l, list, m, 'P', out, most);
+    return choose(q, l, list, m, &diag__propose_pair, out, most);
 }
 
 /* Numbers that every fit moves anyhow, within a tolerance or from record to record, gain little
@@ -128,9 +128,11 @@ static int moved(const diag__problem *q, const diag__table *t, const diag__linea
             list[n++] = (diag__ranked){a, -1, -z};
         }
     }
-    return choose(q, l, list, n, 'T', out, most < MOVED ? most : MOVED);
+    return choose(q, l, list, n, &diag__propose_moved, out, most < MOVED ? most : MOVED);
 }
 
-const diag__proposer diag__propose_moved = {'T', "a number that fits move anyhow", moved},
-                     diag__propose_add = {'A', "one cause more", add},
-                     diag__propose_pair = {'P', "two causes more", pair};
+const diag__proposer diag__propose_moved = {
+    .letter = 'T', .name = "a number that fits move anyhow", .propose = moved, .only_near = 1};
+const diag__proposer diag__propose_add = {.letter = 'A', .name = "one cause more", .propose = add};
+const diag__proposer diag__propose_pair = {
+    .letter = 'P', .name = "two causes more", .propose = pair, .parts = &diag__propose_add};

@@ -1,15 +1,15 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * propose_exchange.c - another cause in the place of one or two, a cause less, other amounts.
  *
- * The first cause was found while all that came after was missing, and may have been chosen by
- * that; and what the data cannot tell from a cause is its rival. Both are the same question: what
- * does as well in its place, all else refitted. Two causes that came first may together imitate one
- * that was not within reach then: no exchange of one at a time leads there.
+ * The first cause was chosen while all later ones were missing, which may have decided the choice.
+ * What the data cannot distinguish from a cause is its rival. Both are the same question: what does
+ * as well in its place, all else refitted. Two causes that came first may together imitate one that
+ * was not within reach then: no exchange of one at a time leads there.
  */
 #include <math.h>
 #include <string.h>
 
-#include "proposing.h"
+#include "proposals.h"
 
 static const double far_amount = 0.3; /* share by which a linear model wants another amount */
 static const double quarters = 1.2;   /* of its range: another start of a number beside an amount */
@@ -48,7 +48,7 @@ static int exchange(const diag__problem *q, const diag__table *t, const diag__li
     diag__rank(list, n);
     for (int k = 0; k < n && found < most; k++) {
         if (take(l, list[k].b, list[k].b, list[k].a, &out[found])) {
-            out[found++].source = 'X';
+            out[found++].by = &diag__propose_exchange;
         }
     }
     return found;
@@ -67,7 +67,7 @@ static int merge(const diag__problem *q, const diag__table *t, const diag__linea
                 if (take(l, i, j, c, &p) && diag__is_thinkable(q, &p) &&
                     (!any || p.expected < out[found].expected)) {
                     out[found] = p;
-                    out[found].source = 'M';
+                    out[found].by = &diag__propose_merge;
                     any = 1;
                 }
             }
@@ -85,7 +85,7 @@ static int drop(const diag__problem *q, const diag__table *t, const diag__linear
     (void)t;
     for (int i = 0; l->own > 1 && i < l->own && found < most; i++) {
         if (take(l, i, i, -1, &out[found])) {
-            out[found++].source = 'D';
+            out[found++].by = &diag__propose_drop;
         }
     }
     return found;
@@ -133,9 +133,9 @@ static int more_starts(const lab_candidate *c, int cause, diag__proposal *out, i
     return found;
 }
 
-/* What looks like a cause, in its place, whatever a linear model lets expect: a large cause of the
- * wrong kind bends everything that is fitted beside it, and where it is, the right one is not
- * within reach of a linear model (a gap of nothing in a spring for the spring itself). */
+/* An effect that is hard to separate from a cause, in its place, whatever a linear model predicts.
+ * A large cause of the wrong kind distorts all that is fitted beside it. From there a linear model
+ * may not reach the right cause: a spring instead of a backlash without a gap. */
 static int twin(const diag__problem *q, const diag__table *t, const diag__linear *l,
                 diag__proposal *out, int most)
 {
@@ -148,7 +148,7 @@ static int twin(const diag__problem *q, const diag__table *t, const diag__linear
             int alike =
                 is_twin(own, other) || is_twin(other, own) || is_number_for_clock(l, i, c, q);
             if (!diag__is_scoped(q, l->cause[c]) && alike && take(l, i, i, c, &out[found])) {
-                out[found].source = 'L';
+                out[found].by = &diag__propose_twin;
                 found += 1 + more_starts(other, l->cause[c], &out[found], most - found);
             }
         }
@@ -172,7 +172,7 @@ static int restart(const diag__problem *q, const diag__table *t, const diag__lin
         off |= fabs(amount[i] - is) > far_amount * fabs(is);
     }
     if (off && diag__is_thinkable(q, &out[0])) {
-        out[found++].source = 'R';
+        out[found++].by = &diag__propose_restart;
     }
     for (int i = 0; i < l->own; i++) {
         const lab_side *side = &l->row->cause[i].side[0];
@@ -183,14 +183,19 @@ static int restart(const diag__problem *q, const diag__table *t, const diag__lin
                 out[found].amount[k] = NAN;
             }
             out[found].side[i] = up ? at + quarters : at - quarters;
-            out[found++].source = 'R';
+            out[found++].by = &diag__propose_restart;
         }
     }
     return found;
 }
 
-const diag__proposer diag__propose_exchange = {'X', "another cause in the place of one", exchange},
-                     diag__propose_merge = {'M', "one cause in the place of two", merge},
-                     diag__propose_drop = {'D', "a cause less", drop},
-                     diag__propose_twin = {'L', "what looks like a cause", twin},
-                     diag__propose_restart = {'R', "other amounts", restart};
+const diag__proposer diag__propose_exchange = {
+    .letter = 'X', .name = "another cause in the place of one", .propose = exchange};
+const diag__proposer diag__propose_merge = {
+    .letter = 'M', .name = "one cause in the place of two", .propose = merge};
+const diag__proposer diag__propose_drop = {
+    .letter = 'D', .name = "a cause less", .propose = drop, .removes = 1};
+const diag__proposer diag__propose_twin = {
+    .letter = 'L', .name = "what looks like a cause", .propose = twin, .look_alike = 1};
+const diag__proposer diag__propose_restart = {
+    .letter = 'R', .name = "other amounts", .propose = restart, .restarts = 1};

@@ -4,17 +4,17 @@
  *      null row
  *      while a row is worth it: linearise there -> proposers -> the best proposals -> evaluate
  *
- * A row that leaves more than noise is linearised while an observer holds it near the records, one
- * that leaves noise freely. Where a row leaves noise, proposals that are worth a fit are those that
- * may be as good (they are its rivals) and those with a cause less; where it leaves more, those
- * with the least expected objective.
+ * A row that leaves more than noise is linearised with an observer, which holds the simulation near
+ * the records. A row that leaves noise is linearised without one. At a row that leaves noise,
+ * proposals are worth a fit if they may be as good (its rivals) or have a cause less. At other rows
+ * those with the least expected objective are fitted.
  */
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "proposing.h"
+#include "proposals.h"
 
 enum {
     EXPANSIONS = 10,
@@ -162,15 +162,21 @@ static const diag__proposer *const proposer[] = {
     &diag__propose_add,   &diag__propose_moved, &diag__propose_pair,    &diag__propose_exchange,
     &diag__propose_merge, &diag__propose_drop,  &diag__propose_restart, &diag__propose_twin};
 enum { PROPOSERS = sizeof proposer / sizeof *proposer };
+const diag__proposer diag__step_null = {.letter = '0', .name = "no cause"};
+const diag__proposer diag__step_settings = {
+    .letter = 'S', .name = "settings that are off by what their digits allow"};
+const diag__proposer diag__step_noise = {.letter = 'N', .name = "again, with estimated noise"};
+const diag__proposer diag__step_bodies = {.letter = 'B',
+                                          .name = "again, with the numbers of bodies free"};
 
-/* One of two causes may be enough, and a linear model cannot tell where the effect of an amount is
- * bent: the one that is expected to explain more is fitted before both. */
+/* One of two causes may be enough. A linear model cannot decide that where the effect of an amount
+ * is not linear. So the one that is expected to explain more is fitted before both. */
 static void one_before_both(diag__proposal *list, int n)
 {
     for (int i = 0; i < n; i++) {
         int best = -1;
-        for (int k = 0; k < n && list[i].source == 'P'; k++) {
-            int part = list[k].source == 'A' && diag__contains(&list[i].h, &list[k].h);
+        for (int k = 0; k < n && list[i].by->parts != NULL; k++) {
+            int part = list[k].by == list[i].by->parts && diag__contains(&list[i].h, &list[k].h);
             best = part && (best < 0 || list[k].expected < list[best].expected) ? k : best;
         }
         if (best >= 0 && !(list[best].value < list[i].value)) {
@@ -191,10 +197,10 @@ static int collect(const diag__problem *q, const diag__table *t, const diag__lin
     for (int i = 0; i < n; i++) {
         list[i].parent = row;
         list[i].held = l->gain > 0.0;
-        int idle = list[i].source == 'D' && list[i].expected < l->row->objective + worth;
-        list[i].value = idle                    ? -INFINITY
-                        : list[i].source == 'L' ? -DBL_MAX
-                                                : value_of(q, l, excess, &list[i]);
+        int idle = list[i].by->removes && list[i].expected < l->row->objective + worth;
+        list[i].value = idle                     ? -INFINITY
+                        : list[i].by->look_alike ? -DBL_MAX
+                                                 : value_of(q, l, excess, &list[i]);
     }
     one_before_both(list, n);
     qsort(list, (size_t)n, sizeof *list, by_value);
@@ -221,43 +227,56 @@ static int has_start(const diag__proposal *p)
     return yes;
 }
 
-/* is a proposal worth its cost, with the rows so far? */
-static int is_worth(const diag__problem *q, const diag__table *t, const diag__linear *l,
-                    const diag__proposal *p)
+/* Is a proposal worth its cost, with the rows so far? @return DIAG_TRIED: it is; else why not */
+static diag__fate is_worth(const diag__problem *q, const diag__table *t, const diag__linear *l,
+                           const diag__proposal *p)
 {
     const diag__row *best = diag__incumbent(q, t), *had = diag__find(t, &p->h);
-    int again = p->source == 'R';
-    if (again && (l->row->source == 'R' || is_small(q, l->row))) {
-        return 0; // its fit has ended where nothing is left, or is another start already
+    int again = p->by->restarts;
+    if (again && (l->row->by->restarts || is_small(q, l->row))) {
+        return DIAG_ELSEWHERE; // its fit has ended where nothing is left, or is another start
     }
-    if (again ? diag__tries(t, &p->h, 'R', p->parent) > 0 : diag__tries(t, &p->h, 0, -1) >= TRIES) {
-        return 0;
+    if (again ? diag__tries(t, &p->h, p->by, p->parent) > 0
+              : diag__tries(t, &p->h, NULL, -1) >= TRIES) {
+        return DIAG_OFTEN;
     }
     // look-alikes: where the best row is no answer yet, or the noise that would tell is unknown
-    if (p->source == 'L') {
+    if (p->by->look_alike) {
         int other =
-            had == NULL || (had->source == 'L' && has_start(p) && !diag__leaves_noise(q, had));
-        return other && l->row == best && (q->scale_free || !is_small(q, best));
+            had == NULL || (had->by->look_alike && has_start(p) && !diag__leaves_noise(q, had));
+        int here = l->row == best && (q->scale_free || !is_small(q, best));
+        return !other ? DIAG_NOT_NEW : here ? DIAG_TRIED : DIAG_ELSEWHERE;
     }
-    if (had != NULL && p->source != 'R' && !(p->expected < had->objective - rounding) &&
-        (diag__leaves_noise(q, had) || had->source == p->source || l->gain == 0.0)) {
-        return 0; // unless a better end of its fit is expected
+    if (had != NULL && !again && !(p->expected < had->objective - rounding) &&
+        (diag__leaves_noise(q, had) || had->by == p->by || l->gain == 0.0)) {
+        return DIAG_NOT_NEW; // unless a better end of its fit is expected
     }
     if (drops_scoped(q, l->row, &p->h)) {
-        return had == NULL;
+        return had == NULL ? DIAG_TRIED : DIAG_NOT_NEW;
     }
-    if (p->source == 'T') { // it is no answer to what leaves much more than noise
-        return had == NULL && l->row->chi2_dof < noise_like;
+    if (p->by->only_near) { // it is no answer to what leaves much more than noise
+        int here = l->row->chi2_dof < noise_like;
+        return had != NULL ? DIAG_NOT_NEW : here ? DIAG_TRIED : DIAG_ELSEWHERE;
     }
+    double most = best->objective + diag__convincing + rounding;
     if (p->h.n < best->h.n) { // a cause less may lose no more than one has to gain
-        return p->expected < best->objective + diag__least_gain + rounding;
+        most = best->objective + diag__least_gain + rounding;
+    } else if (p->h.n > best->h.n && (!q->scale_free || diag__leaves_noise(q, best))) {
+        // a cause more has to gain; where noise is estimated from a few independent samples, a
+        // linear model promises less than the ratio of what is left
+        most = best->objective - worth;
     }
-    // a cause more has to gain; where noise is estimated from a few independent samples, a linear
-    // model promises less than the ratio of what is left
-    if (p->h.n > best->h.n && (!q->scale_free || diag__leaves_noise(q, best))) {
-        return p->expected < best->objective - worth;
+    return p->expected < most ? DIAG_TRIED : DIAG_UNEXPECTED;
+}
+
+/* counts proposals that were collected, from `from` on */
+static void count(diag__counted *of, const diag__proposal *list, int from, int to, diag__fate fate)
+{
+    for (int i = from; i < to; i++) {
+        for (size_t k = 0; k < PROPOSERS; k++) {
+            of[k].n[fate] += of[k].by == list[i].by;
+        }
     }
-    return p->expected < best->objective + diag__convincing + rounding;
 }
 
 /* A part that is added bends the motion more than a linear model tells. Those that explain some of
@@ -298,6 +317,7 @@ static stein_status expand(diag__problem *q, diag__table *t, diag__row *row, int
                            stein_err *err)
 {
     diag__proposal list[PROPOSERS * PROPOSALS];
+    diag__counted counted[PROPOSERS] = {{.by = NULL}};
     diag__linear l;
     stein_err why = {STEIN_OK, ""};
     double gain = look == HELD ? held : 0.0;
@@ -307,15 +327,22 @@ static stein_status expand(diag__problem *q, diag__table *t, diag__row *row, int
                                                : FREE_RECORDS;
     row->expanded |= look;
     stein_status status = diag__linearise(q, row, gain, records, &l, &why);
-    int n = status == STEIN_OK ? collect(q, t, &l, list) : 0, tried = 0;
+    int n = status == STEIN_OK ? collect(q, t, &l, list) : 0, tried = 0, i = 0;
     set_aside(q, t, row, list, n);
     int most = diag__leaves_noise(q, row) ? TRIED_NEAR : TRIED_FAR, found = 0, broken = 0;
-    for (int i = 0; i < n && !found && status == STEIN_OK && !diag__is_spent(q); i++) {
+    for (size_t k = 0; k < PROPOSERS; k++) {
+        counted[k].by = proposer[k];
+    }
+    for (; i < n && !found && status == STEIN_OK && !diag__is_spent(q); i++) {
         diag__row *one = NULL;
-        int twin = list[i].source == 'L'; // before more causes are asked for
-        if ((twin || (tried < most && broken < BROKEN)) && is_worth(q, t, &l, &list[i])) {
+        int beside = list[i].by->look_alike; // before more causes are asked for
+        diag__fate fate = beside || (tried < most && broken < BROKEN) ? is_worth(q, t, &l, &list[i])
+                          : tried < most                              ? DIAG_BEHIND
+                                                                      : DIAG_FULL;
+        count(counted, list, i, i + 1, fate);
+        if (fate == DIAG_TRIED) {
             status = diag__try(q, t, &list[i], &one, err);
-            tried += !twin;
+            tried += !beside;
         }
         if (status == STEIN_OK && one != NULL && one->failed == NULL &&
             one->objective <= diag__incumbent(q, t)->objective) { // also of no possible sign
@@ -323,10 +350,14 @@ static stein_status expand(diag__problem *q, diag__table *t, diag__row *row, int
         }
         found = !diag__leaves_noise(q, row) && one != NULL && diag__is_possible(q, one) &&
                 diag__leaves_noise(q, one);
-        if (one != NULL && !twin) { // as long as fits keep what the linear model promises
+        if (one != NULL && !beside) { // as long as fits keep what the linear model promises
             int far_behind = one->objective > diag__incumbent(q, t)->objective + diag__least_gain;
             broken = far_behind ? broken + 1 : 0;
         }
+    }
+    count(counted, list, i, n, found ? DIAG_FOUND : DIAG_SPENT);
+    if (q->trace != NULL) {
+        diag__trace_proposals(q->trace, diag__index(t, row), look == HELD, counted, PROPOSERS);
     }
     diag__linear_free(&t->last); // of the incumbent where it is the last one that was expanded
     t->last = l;
@@ -382,7 +413,8 @@ static diag__hypothesis testable(const diag__problem *q, diag__hypothesis h)
     return h;
 }
 
-stein_status diag__fit_again(diag__problem *q, diag__table *t, char source, stein_err *err)
+stein_status diag__fit_again(diag__problem *q, diag__table *t, const diag__proposer *by,
+                             stein_err *err)
 {
     stein_status status = STEIN_OK;
     int rows[DIAG_CAUSES + 1], n = 0;
@@ -395,9 +427,9 @@ stein_status diag__fit_again(diag__problem *q, diag__table *t, char source, stei
     }
     for (int k = 0; status == STEIN_OK && k < n; k++) {
         diag__row *one = NULL;
-        int anew = source == 'B'; // numbers of the file are free that were none
+        int anew = by == &diag__step_bodies; // numbers of the file are free that were none
         diag__proposal again =
-            diag__as_parent(testable(q, t->row[rows[k]]->h), anew && k == 0 ? -1 : rows[k], source);
+            diag__as_parent(testable(q, t->row[rows[k]]->h), anew && k == 0 ? -1 : rows[k], by);
         again.held = anew;
         if (diag__find(t, &again.h) == NULL) {
             status = diag__try(q, t, &again, &one, err);
@@ -406,13 +438,13 @@ stein_status diag__fit_again(diag__problem *q, diag__table *t, char source, stei
     return status;
 }
 
-/* A row's hypothesis once more, with settings that are off by what their digits allow instead of
- * wrong ones: a variance of all records, which costs as much as it explains. Causes that leave
- * nearly noise beside settings as they are stated do not need it. */
+/* A row's hypothesis once more. Instead of wrong settings it has settings that are off by what
+ * their digits allow: a variance of all records, which costs as much as it explains. Causes that
+ * leave nearly noise beside settings as they are stated do not need it. */
 static stein_status loosen(diag__problem *q, diag__table *t, const diag__row *row, stein_err *err)
 {
     diag__row *one = NULL;
-    diag__proposal rough = diag__as_parent(row->h, diag__index(t, row), 'S');
+    diag__proposal rough = diag__as_parent(row->h, diag__index(t, row), &diag__step_settings);
     rough.rough = 1;
     for (int i = row->h.n - 1; i >= 0; i--) {
         if (diag__base(q, row->h.cause[i])->effect->site == LAB_AT_SETTING) {
@@ -468,7 +500,7 @@ static stein_status with_noise(diag__problem *q, diag__table *t, stein_err *err)
     q->least_noise = less ? tiny : 1.0;
     stein_status status = diag__note_standing(t, &kept, err);
     q->scale_free = 1;
-    status = status == STEIN_OK ? diag__fit_again(q, t, 'N', err) : status;
+    status = status == STEIN_OK ? diag__fit_again(q, t, &diag__step_noise, err) : status;
     if (status == STEIN_OK && diag__best(q, t, -1) == NULL) { // none could be fitted again
         q->scale_free = 0;
         diag__take_back(q, t, &kept);
@@ -507,8 +539,8 @@ static stein_status with_bodies(diag__problem *q, diag__table *t, stein_err *err
     return status;
 }
 
-/* Where a fit leaves less than the noise of a measured force would do, what looked like noise of
- * the measurement was there: a force that is applied with its noise. */
+/* Where a fit leaves less than the noise of a measured force would cause, that noise acted on the
+ * mechanism: the force is applied with its noise. */
 static void limit_input_noise(diag__problem *q, const diag__row *row)
 {
     if (row->failed == NULL) {
@@ -518,7 +550,7 @@ static void limit_input_noise(diag__problem *q, const diag__row *row)
 
 stein_status diag__search(diag__problem *q, diag__table *t, stein_err *err)
 {
-    diag__proposal null = {.h = {.n = 0}, .parent = -1, .source = '0'};
+    diag__proposal null = {.h = {.n = 0}, .parent = -1, .by = &diag__step_null};
     diag__row *row;
     q->least_noise = 1.0;
     q->scale_free = !fit__noise_given(&q->null) || q->input_noise > matters;

@@ -23,10 +23,10 @@
  * predict by linear models, and their predictions order the work, nothing else.
  *
  * A model that lacks a cause leaves the records after the first event that comes late, and then its
- * derivatives say nothing. So far rows are fitted and linearised while an observer holds the
- * simulation near the records (fit/observer.c): what the observer has to correct is the residual,
- * events stay those of the records, and the correction is linear in what is missing even where that
- * is gross. The observer's gain is then reduced to 0.
+ * derivatives say nothing. So at first rows are fitted and linearised while an observer holds the
+ * simulation near the records (fit/observer.c). The residual is what the observer has to correct.
+ * Events stay those of the records, and the correction is linear in what is missing even where that
+ * is large. The observer's gain is then reduced to 0.
  * Included by: this folder, src/lab/verdict.
  */
 #ifndef DIAG_SEARCH_H
@@ -100,6 +100,8 @@ typedef struct diag__problem {
     FILE *trace;             /* of rows, NULL: none */
 } diag__problem;
 
+struct diag__proposer; /* what makes rows: below */
+
 /** One fit of a hypothesis. */
 typedef struct diag__row {
     diag__hypothesis h;
@@ -120,7 +122,7 @@ typedef struct diag__row {
     double relative;  /* RMS residual in that of the motion */
     int converged;
     char *failed; /* why it has no numbers; NULL: it has */
-    char source;  /* letter of the proposer */
+    const struct diag__proposer *by;
     int parent;   /* row that it was proposed from, -1: none */
     long strokes; /* simulated for it */
     double seconds;
@@ -157,7 +159,7 @@ typedef struct diag__proposal {
     double value;               /* the same, few causes first: the order of the work */
     int rough;                  /* settings are off; or they are in the parent */
     int held;                   /* it was proposed where an observer holds: its fit begins there */
-    char source;
+    const struct diag__proposer *by;
 } diag__proposal;
 
 enum { DIAG_ASIDE = 6 };
@@ -253,8 +255,9 @@ void diag__inherit(diag__row *row, const diag__row *parent, unsigned char *known
 
 /* ---- simpler.c ---- */
 
-/** Rows of a hypothesis; of those that one proposer made (0: any), the ones from other rows. */
-int diag__tries(const diag__table *t, const diag__hypothesis *h, char source, int parent);
+/** Rows of a hypothesis; of those that one proposer made (NULL: any), the ones from other rows. */
+int diag__tries(const diag__table *t, const diag__hypothesis *h, const struct diag__proposer *by,
+                int parent);
 /** Fits a proposal, and tells the trace. @param one  out: its row, NULL: no memory */
 stein_status diag__try(diag__problem *q, diag__table *t, const diag__proposal *p, diag__row **one,
                        stein_err *err);
@@ -368,16 +371,30 @@ double diag__expected(const diag__linear *l, const int *set, int n, const double
 
 /* ---- propose_*.c ---- */
 
+/** A proposer: what makes rows. Its letter stands here alone, and only the trace shows it; the
+ *  search reads the properties. */
 typedef struct diag__proposer {
     char letter;
     const char *name;
-    /** Proposals about a row, at most `most`. @return how many */
+    /** Proposals about a row, at most `most`, the least expected objective first (but those of
+     *  drop and restart, in the order of the row's causes). NULL: its hypotheses follow from the
+     *  table. @return how many */
     int (*propose)(const diag__problem *q, const diag__table *t, const diag__linear *l,
                    diag__proposal *out, int most);
+    int look_alike; /* tried before all others and beside their number, at the best row, while that
+                     * is no answer */
+    int restarts;   /* another start of the row's own hypothesis: once from every row */
+    int removes;    /* a cause less: first of all, where it loses nothing to speak of */
+    int only_near;  /* tried only where little more than noise is left */
+    const struct diag__proposer *parts; /* one of its proposals that is contained is tried before */
 } diag__proposer;
 extern const diag__proposer diag__propose_moved, diag__propose_add, diag__propose_pair,
     diag__propose_exchange, diag__propose_merge, diag__propose_drop, diag__propose_restart,
     diag__propose_twin;
+/** Rows that no linear model proposes: no cause; settings off by what their digits allow; the best
+ * rows once more, with estimated noise, or with the numbers of bodies free; single causes. */
+extern const diag__proposer diag__step_null, diag__step_settings, diag__step_noise,
+    diag__step_bodies, diag__step_single;
 
 /* ---- search.c ---- */
 
@@ -407,9 +424,10 @@ stein_status diag__note_standing(const diag__table *t, diag__standing *kept, ste
 void diag__take_back(diag__problem *q, diag__table *t, const diag__standing *kept);
 
 /** The best hypothesis of each number of causes once more, where noise or the numbers of the file
- *  have changed; rows so far no longer count. @param source  letter of the rows, 'N' or 'B'
+ *  have changed; rows so far no longer count. @param by  diag__step_noise or diag__step_bodies
  *  @return OK, ENOMEM */
-stein_status diag__fit_again(diag__problem *q, diag__table *t, char source, stein_err *err);
+stein_status diag__fit_again(diag__problem *q, diag__table *t, const diag__proposer *by,
+                             stein_err *err);
 
 /* ---- bodies.c ---- */
 
@@ -439,6 +457,26 @@ stein_status diag__check_step(const fit__problem *p, char **line, stein_err *err
 /** Appends a line about a row. @return OK, EIO */
 stein_status diag__trace_row(FILE *f, const diag__problem *q, const diag__table *t,
                              const diag__row *row);
+/** What became of a proposal. */
+typedef enum {
+    DIAG_TRIED,
+    DIAG_UNEXPECTED, /* it is expected to be no rival, or to gain too little for its causes */
+    DIAG_NOT_NEW,    /* its hypothesis has a row, and no better end is expected */
+    DIAG_OFTEN,      /* it has as many rows as one may have */
+    DIAG_ELSEWHERE,  /* its proposer is not asked here: what is left is too large, or an answer */
+    DIAG_BEHIND,     /* fits of this row's proposals were not what it lets expect */
+    DIAG_FULL,       /* as many as are tried at a row were */
+    DIAG_FOUND,      /* a row leaves noise */
+    DIAG_SPENT,      /* the budget is */
+    DIAG_FATES
+} diag__fate;
+/** The proposals of one proposer at a row, counted. */
+typedef struct diag__counted {
+    const diag__proposer *by;
+    int n[DIAG_FATES];
+} diag__counted;
+/** Appends a line about the proposals at a row, [n] proposers. @return OK, EIO */
+stein_status diag__trace_proposals(FILE *f, int row, int held, const diag__counted *of, int n);
 
 /* ---- likelihood.c ---- */
 

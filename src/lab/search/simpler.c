@@ -7,7 +7,7 @@
  */
 #include <math.h>
 
-#include "proposing.h"
+#include "proposals.h"
 
 enum { STARTS = 3 };                 /* of one proposal */
 enum { TRIES = 3 };                  /* fits of one hypothesis because a better end is expected */
@@ -18,12 +18,13 @@ static const double shorter = 0.1;   /* of an amount, where a fit begins anew */
 static const double idle = 1.96;     /* sd: an amount that may be 0 */
 
 /* Rows of a hypothesis; of those that one proposer made, the ones from other rows than `parent`. */
-int diag__tries(const diag__table *t, const diag__hypothesis *h, char source, int parent)
+int diag__tries(const diag__table *t, const diag__hypothesis *h, const diag__proposer *by,
+                int parent)
 {
     int n = 0;
     for (int i = 0; i < t->n; i++) {
         const diag__row *row = t->row[i];
-        int counts = source == 0 || (row->source == source && row->parent != parent);
+        int counts = by == NULL || (row->by == by && row->parent != parent);
         n += counts && !row->superseded && !row->shorter && diag__equals(&row->h, h);
     }
     return n;
@@ -77,29 +78,29 @@ stein_status diag__try(diag__problem *q, diag__table *t, const diag__proposal *p
 
 /* a row's hypothesis without cause i, or with it in all records where it begins at one */
 static diag__proposal simpler(const diag__problem *q, const diag__table *t, const diag__row *row,
-                              int i, char source)
+                              int i, const diag__proposer *by)
 {
     int cause = row->h.cause[i];
-    diag__proposal p = diag__as_parent(diag__without(row->h, cause), diag__index(t, row), source);
-    if (source == 'X') {
+    diag__proposal p = diag__as_parent(diag__without(row->h, cause), diag__index(t, row), by);
+    if (!by->removes) {
         p.h = diag__with(p.h, (int)(diag__base(q, cause) - q->candidate));
     }
     return p;
 }
 
 /* A row with a cause whose amount may be 0, or is of no possible sign, is fitted without it, from
- * the row's end: that needs no linear model, and the row without it is the one to be linearised.
- * Where it was fitted before and ended worse than is expected, that was another minimum. */
+ * the row's end. That needs no linear model. The row without the cause is then linearised. Where it
+ * was fitted before and ended worse than is expected, that was another minimum. */
 stein_status diag__drop_idle(diag__problem *q, diag__table *t, const diag__row *row, stein_err *err)
 {
     stein_status status = STEIN_OK;
     for (int i = 0; i < row->h.n && row->h.n > 1 && status == STEIN_OK; i++) {
         double sd, amount = diag__amount(row, i, &sd), z = amount / sd;
         int idles = fabs(z) < idle || !diag__amount_is_possible(q, row, i);
-        diag__proposal p = simpler(q, t, row, i, 'D');
+        diag__proposal p = simpler(q, t, row, i, &diag__propose_drop);
         const diag__row *had = diag__find(t, &p.h);
         int better = had == NULL || (row->objective + z * z < had->objective - rounding &&
-                                     diag__tries(t, &p.h, 'D', -1) < TRIES);
+                                     diag__tries(t, &p.h, &diag__propose_drop, -1) < TRIES);
         diag__row *one = NULL;
         if (idles && better && !diag__is_spent(q)) {
             status = diag__try(q, t, &p, &one, err);
@@ -112,7 +113,7 @@ stein_status diag__drop_idle(diag__problem *q, diag__table *t, const diag__row *
 }
 
 /* The row was linearised, is still the best, leaves more than noise and has a cause that begins at
- * a record: that may stand for what a model lacks that has not got the same cause in all records.
+ * a record. Such a cause may replace the same cause in all records, which the model lacks.
  */
 stein_status diag__everywhere(diag__problem *q, diag__table *t, const diag__row *row,
                               stein_err *err)
@@ -121,7 +122,7 @@ stein_status diag__everywhere(diag__problem *q, diag__table *t, const diag__row 
     int open = row == diag__incumbent(q, t) && !diag__leaves_noise(q, row);
     for (int i = 0; i < row->h.n && status == STEIN_OK && open; i++) {
         const lab_candidate c = diag__candidate(q, row->h.cause[i]);
-        diag__proposal p = simpler(q, t, row, i, 'X');
+        diag__proposal p = simpler(q, t, row, i, &diag__propose_exchange);
         diag__row *one;
         if (c.from > 0 && c.until == 0 && diag__find(t, &p.h) == NULL && !diag__is_spent(q)) {
             status = diag__try(q, t, &p, &one, err);
@@ -131,8 +132,8 @@ stein_status diag__everywhere(diag__problem *q, diag__table *t, const diag__row 
 }
 
 /* The row whose end lets expect a better fit without a cause than the null row, NULL: none. With a
- * cause of amount a +- sd the fit without it is worth (a/sd)^2 less; and where the null row ended
- * far off and the best one came nearer, that may be due to its numbers and initial states. */
+ * cause of amount a +- sd the fit without it is worth (a/sd)^2 less. Where the null row ended far
+ * off and the best row came nearer, its numbers and initial states may be the reason. */
 static const diag__row *start_of_null(const diag__problem *q, const diag__table *t,
                                       const diag__row *null)
 {
@@ -162,7 +163,8 @@ stein_status diag__null_again(diag__problem *q, diag__table *t, diag__row **agai
     if (from == NULL || diag__is_spent(q)) {
         return STEIN_OK;
     }
-    const diag__proposal p = diag__as_parent((diag__hypothesis){.n = 0}, diag__index(t, from), 'D');
+    const diag__proposal p =
+        diag__as_parent((diag__hypothesis){.n = 0}, diag__index(t, from), &diag__propose_drop);
     stein_status status = diag__try(q, t, &p, again, err);
     if (*again != diag__best(q, t, 0)) {
         *again = NULL;

@@ -2,25 +2,27 @@
  * single_causes.c - single causes one by one, where nothing that a linear model promised leaves
  * noise.
  *
- * Far from the records a linear model ranks causes poorly: the effect of a large one is not that of
- * a small one, and a cause that is missing bends the numbers of the null hypothesis. Each cause
- * that has no row yet is fitted then, the best expected ones first, for as much work as the search
- * has taken so far, and no more than MOST.
+ * Far from the records a linear model ranks causes poorly. The effect of a large cause is not that
+ * of a small one, and a missing cause distorts the numbers of the null hypothesis. Then each cause
+ * that has no row yet is fitted, the best expected ones first: at most MOST, with as much work as
+ * the search has taken so far.
  *
- * A long swing that friction and a wrong length both change has left the phase of every start: then
- * no row is near, and rows that ended far off say nothing of their hypotheses. A cause is then
- * ranked by how far it follows the records from their beginning, with the numbers of the file at
- * the start, and the best ones are fitted over horizons that grow from there.
+ * A long swing with friction and a wrong length has another phase than every start. Then no row is
+ * near, and rows that ended far off give no evidence about their hypotheses. A cause is then ranked
+ * by how far it follows the records from their beginning, with the numbers of the file at the
+ * start. The best ones are fitted over horizons that grow from there.
  */
 #include <math.h>
 #include <stdlib.h>
 
-#include "proposing.h"
+#include "proposals.h"
 
 enum { RECORDS = 6, MOST = 24, MOST_ANEW = 6 };
 static const double unexplained = 0.2; /* share of what chi2/dof is above 1: so little is left */
 static const double far = 50.0;        /* chi2/dof, and */
 static const double astray = 0.05;     /* residual in the motion: no fit has found the records */
+
+const diag__proposer diag__step_single = {.letter = 'E', .name = "single causes one by one"};
 
 /* has a fit ended far from the records? */
 static int is_far_off(const diag__row *row)
@@ -38,7 +40,7 @@ static int single(const diag__problem *q, const diag__linear *l, int a, diag__pr
     const lab_candidate *c = diag__base(q, l->cause[a]);
     amount = fmin(fmax(amount, -1.0), 1.0);
     to->amount[0] = lab_candidate_is_signed(c) ? amount : fabs(amount);
-    to->source = 'E';
+    to->by = &diag__step_single;
     to->held = l->gain > 0.0;
     return 1;
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * trace.c - what the search did, one JSON object a line.
+ * trace.c - what the search did, one JSON object a line: a row, or the proposals at a row.
  */
 #include <math.h>
 #include <stdio.h>
@@ -15,7 +15,7 @@ stein_status diag__trace_row(FILE *f, const diag__problem *q, const diag__table 
                              const diag__row *row)
 {
     fprintf(f, "{\"row\":%d,\"source\":\"%c\",\"parent\":%d,\"hypothesis\":[", diag__index(t, row),
-            row->source, row->parent);
+            row->by->letter, row->parent);
     for (int i = 0; i < row->h.n; i++) {
         const lab_candidate of = diag__candidate(q, row->h.cause[i]), *c = &of;
         double sd = NAN, amount = row->failed == NULL ? diag__amount(row, i, &sd) : (double)NAN;
@@ -37,6 +37,31 @@ stein_status diag__trace_row(FILE *f, const diag__problem *q, const diag__table 
             row->strokes);
     number(f, "seconds", row->seconds);
     fputs("}\n", f);
+    fflush(f);
+    return ferror(f) ? STEIN_EIO : STEIN_OK;
+}
+
+stein_status diag__trace_proposals(FILE *f, int row, int held, const diag__counted *of, int n)
+{
+    static const char *const fate[] = {"tried",  "unexpected", "known", "often", "elsewhere",
+                                       "behind", "full",       "found", "spent"};
+    _Static_assert(sizeof fate / sizeof *fate == DIAG_FATES, "every fate has a word");
+    fprintf(f, "{\"linearised\":%d,\"held\":%s,\"proposers\":[", row, held ? "true" : "false");
+    for (int i = 0; i < n; i++) {
+        int all = 0;
+        for (int k = 0; k < DIAG_FATES; k++) {
+            all += of[i].n[k];
+        }
+        fprintf(f, "%s{\"proposer\":\"%c\",\"proposals\":%d", i > 0 ? "," : "", of[i].by->letter,
+                all);
+        for (int k = 0; k < DIAG_FATES; k++) {
+            if (of[i].n[k] > 0) {
+                fprintf(f, ",\"%s\":%d", fate[k], of[i].n[k]);
+            }
+        }
+        fputs("}", f);
+    }
+    fputs("]}\n", f);
     fflush(f);
     return ferror(f) ? STEIN_EIO : STEIN_OK;
 }

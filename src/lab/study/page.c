@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * page.c - study.html: the facts, every part's sentences and pictures, in one file without network.
  *
- * The pictures are the SVG files of the folder, put inline. gnuplot gives the same ids to things in
- * every picture; here they get the picture's number, so that they stay apart in one document.
+ * The pictures are the SVG files of the folder, put inline. gnuplot gives the same ids to elements
+ * of every picture. Here they get the picture's number, so they are unique in one document.
  */
 #include <stdlib.h>
 #include <string.h>

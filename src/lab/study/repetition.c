@@ -8,8 +8,8 @@
  * roof cannot escape again.
  *
  * A prescribed motion can also pull the key up, which no finger does. With `pushes` a period works
- * only if the motion never pulls while the key gathers speed upwards (the first half of that way;
- * the second half is slowed by the rest felt in the real action).
+ * only if the motion never pulls while the key accelerates upwards. That is the first half of the
+ * way; in the second half the rest felt slows the key in the real action.
  *
  * The limit is searched from slow to fast in steps of 12 % until the first failure, then halved.
  */

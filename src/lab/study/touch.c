@@ -11,8 +11,8 @@
  * softest stroke the head's speed falls to nothing within a few percent of key speed. There the
  * exponent d ln(head speed) / d ln(key speed), taken to the next slower stroke, exceeds 3. (At a
  * prescribed motion the hammer often flies ahead of the slowing key and leaves the notch only
- * afterwards.) The softest blow is found by bisection between a duration that does not reach the
- * string and one that does.
+ * afterwards.) The softest blow is found by bisection between two durations, one of which reaches
+ * the string.
  */
 #include <math.h>
 #include <stdlib.h>

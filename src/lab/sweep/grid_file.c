@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * grid_file.c - a grid for a mechanism file: would the file accept these values?
  *
- * The equations contain names and units, but neither the valid values (a negative mass runs) nor
- * the reason why a name is missing (unknown, a structural zero, given by a formula). The reader of
- * mechanism files has both, so it is called: it reads the file with each end of each axis set, as
- * --set would do it.
+ * The equations contain names and units. They contain neither the valid values (a negative mass
+ * runs) nor the reason why a name is missing (unknown, a structural zero, given by a formula). The
+ * reader of mechanism files has both, so it is called: it reads the file with each end of each axis
+ * set, as --set would do it.
  */
 #include <math.h>
 #include <stdlib.h>

@@ -18,9 +18,9 @@
  *
  *      P = 1 - J (J'J + prior)^-1 J',    f | r ~ N((G'PG + Q)^-1 (-G'P r), (G'PG + Q)^-1)
  *
- * and tau is what the marginal likelihood makes of it (evidence.c). That is the smoother of inverse
- * dynamics: with full and exact measurements of q it returns M qdd + c - Q, with fewer it returns
- * their projection and a standard deviation for the rest - also for the part of a force that other
+ * and tau is what the marginal likelihood makes of it (evidence.c). This is the smoother of inverse
+ * dynamics. With full and exact measurements of q it returns M qdd + c - Q. With fewer it returns
+ * their projection, and a standard deviation for the rest, also for the part of a force that other
  * parameters would imitate. All is to first order at the fit: a large force moves contacts, and
  * what refitted parameters have absorbed is visible only as far as their priors allow.
  */

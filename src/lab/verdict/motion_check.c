@@ -3,7 +3,7 @@
  *
  * Strokes driven by a load are compared in position, and a mechanism filters that: a model that is
  * wrong in its forces may fit them (Masoudi & Birkett 2015; Thorin 2014). So the measured motion is
- * prescribed to the driven joint, the rest is simulated, and the force that this motion needs is
+ * prescribed to the driven joint, and the rest is simulated. The force that this motion needs is
  * compared with the force that acted, in the model as it is and in the extended one. The
  * accelerations are those of a smoothed position. The uncertainty of the force is that of the same
  * check on simulated strokes with known forces (motion_judge.c); it may exceed the force.

@@ -10,7 +10,7 @@
  *      fall         the head goes away from the string
  *      re-arm       the beak is back at the pawl: on its face, or below the roof again
  *
- * A measured channel does not distinguish a beak on the roof from a beak on the corner; the model
+ * A measured channel does not distinguish a beak on the roof from a beak on the corner. The model
  * at its best parameters does, to the accuracy of its fit, also where no channel shows the hammer.
  * Where the model is wrong, the limits of the phases are wrong by as much, a fraction of a ms.
  *

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * reporting.c - error on records that no fit has read before the table was closed.
  *
- * What all records share stays as it was fitted; a record's own unknowns - initial state, trigger,
- * offsets, and what scatters, with the variances of the fit - are fitted to it, since no model
- * predicts them; with and without the causes alike. The error is the RMS of the residual; the gain
- * is the ratio of two such errors, its interval a bootstrap over records: samples of one record are
- * not independent.
+ * What all records share stays as it was fitted. A record's own unknowns are fitted to it, with and
+ * without the causes alike, since no model predicts them: initial state, trigger, offsets, and what
+ * scatters, with the variances of the fit. The error is the RMS of the residual; the gain is the
+ * ratio of two such errors, its interval a bootstrap over records: samples of one record are not
+ * independent.
  */
 #include <gsl/gsl_rng.h>
 #include <gsl/gsl_sort.h>

@@ -13,7 +13,7 @@
 #include <string.h>
 
 #include "motion.h"
-#include "structure.h"
+#include "added_parts.h"
 #include "verdict.h"
 
 static const double same = 0.01; /* relative difference of two RMS that is none */

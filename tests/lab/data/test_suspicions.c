@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_suspicions.c - misread records are detected, and others are not: strokes of the action from
- * rest, swings of a double pendulum from an unstated start, a slide on a spring, and measurements
- * of others.
+ * test_suspicions.c - misread records are detected, correct ones are not. Strokes of the action
+ * from rest, swings of a double pendulum from an unstated start, a slide on a spring, and published
+ * measurements.
  */
 #include <glob.h>
 

@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "lab_support.h"
-#include "structure.h"
+#include "added_parts.h"
 
 Suite *extend_suite(void);
 

@@ -8,7 +8,7 @@
 #include <string.h>
 
 #include "lab_support.h"
-#include "structure.h"
+#include "added_parts.h"
 
 Suite *structure_suite(void);
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_patch.c - numbers that are written into a mechanism file: only they change, in the unit and
- * the form that stands there; a number without a place gets one; errors of writing are reported.
+ * test_patch.c - numbers that are written into a mechanism file. Only they change, in the unit and
+ * the form that stands there. A number without a place gets one. Errors of writing are reported.
  */
 #include "fitting.h"
 #include "lab_support.h"

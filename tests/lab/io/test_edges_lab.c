@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_edges_lab.c - edge cases of input: projects of other programs that are as large as
- * they can be, or empty; mechanisms that no file holds; rows that belong to no table; records with
- * columns without information.
+ * test_edges_lab.c - edge cases of input: the largest possible and empty projects of other
+ * programs; mechanisms that no file holds; rows that belong to no table; records with columns
+ * without information.
  */
 #include "data_support.h"
 #include "gen.h"

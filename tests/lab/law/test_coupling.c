@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_coupling.c - a rigid coupling that is none: from the motions of key and hammer alone a
- * diagnosis distinguishes a coupling that lets go from one that only pushes, and names nothing for
- * a rigid one.
+ * test_coupling.c - a rigid coupling that is none. From the motions of key and hammer alone a
+ * diagnosis distinguishes a coupling that lets go from one that only pushes. It names nothing for a
+ * rigid one.
  */
 #include <string.h>
 

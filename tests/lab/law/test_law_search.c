@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * test_law_search.c - the steps of the search for a law: scores while an observer holds the model
- * near the records, ends of the fit of a curve, messages about it; and normal equations of which
+ * near the records, the end of the fit of a curve, messages about it. Normal equations of which
  * most unknowns stay.
  *
  * The law is a hump of potential on a pendulum's way: slow swings turn back before it, fast ones go
@@ -60,7 +60,7 @@ typedef struct bench {
 
 static void search_bench(bench *b, const char *file)
 {
-    const diag__proposal none = {.h = {.n = 0}, .parent = -1, .source = '0'};
+    const diag__proposal none = {.h = {.n = 0}, .parent = -1, .by = &diag__step_null};
     b->options = cache_here(NULL);
     b->def = lab_diagnose_def_default();
     b->def.options = &b->options;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_page_text.c - a page as text, with a compiler that is a script: its description of a
+ * test_page_text.c - a page as text, with a script instead of a compiler: its description of a
  * mechanism, the compilation of its module, and the messages of a failure. test_page.sh tests it in
  * a browser.
  */

@@ -8,7 +8,7 @@
 #include <string.h>
 
 #include "lab_support.h"
-#include "proposing.h"
+#include "proposals.h"
 #include "suites.h"
 
 enum { COULOMB, PRELOAD, DRAG, MASS, CLOCK, DELAY, CENTRE, KINDS, MOST = 12 };
@@ -63,7 +63,7 @@ static diag__row *add_row(world *w, diag__hypothesis h, double objective, const 
     row->objective = objective;
     row->chi2_dof = 1.0;
     row->converged = 1;
-    row->source = 'A';
+    row->by = &diag__propose_add;
     row->parent = -1;
     for (int i = 0; i < h.n; i++) {
         row->cause[i] = w->candidate[h.cause[i]];
@@ -488,8 +488,8 @@ static int propose(const diag__proposer *by, const world *w, const model *m, dia
     int n = by->propose(&w->q, &w->t, &m->l, list, most);
     ck_assert_int_le(n, most);
     for (int i = 0; i < n; i++) {
-        ck_assert_int_eq(list[i].source, by->letter);
-        ck_assert(i == 0 || by->letter == 'D' || by->letter == 'R' ||
+        ck_assert_ptr_eq(list[i].by, by);
+        ck_assert(i == 0 || by->removes || by->restarts ||
                   list[i].expected >= list[i - 1].expected);
         for (int k = 1; k < list[i].h.n; k++) {
             ck_assert_int_lt(list[i].h.cause[k - 1], list[i].h.cause[k]);
@@ -863,6 +863,41 @@ START_TEST(a_trace_is_one_object_a_row)
 }
 END_TEST
 
+START_TEST(a_proposer_without_proposals_differs_from_one_that_is_ranked_out)
+{
+    const diag__counted of[] = {
+        {.by = &diag__propose_add, .n = {[DIAG_TRIED] = 2, [DIAG_UNEXPECTED] = 5, [DIAG_FULL] = 1}},
+        {.by = &diag__propose_merge}};
+    char line[600];
+    FILE *f = fopen(in_folder("proposals"), "w+");
+    ck_assert_ptr_nonnull(f);
+    ck_assert_stein(diag__trace_proposals(f, 3, 1, of, 2));
+    rewind(f);
+    ck_assert_ptr_nonnull(fgets(line, sizeof line, f));
+    ck_assert_str_eq(line,
+                     "{\"linearised\":3,\"held\":true,\"proposers\":["
+                     "{\"proposer\":\"A\",\"proposals\":8,\"tried\":2,\"unexpected\":5,\"full\":1},"
+                     "{\"proposer\":\"M\",\"proposals\":0}]}\n");
+    fclose(f);
+}
+END_TEST
+
+START_TEST(letters_of_proposers_are_unique)
+{
+    const diag__proposer *const all[] = {
+        &diag__propose_moved, &diag__propose_add,   &diag__propose_pair, &diag__propose_exchange,
+        &diag__propose_merge, &diag__propose_drop,  &diag__propose_twin, &diag__propose_restart,
+        &diag__step_null,     &diag__step_settings, &diag__step_noise,   &diag__step_bodies,
+        &diag__step_single};
+    for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
+        for (size_t k = 0; k < i; k++) {
+            ck_assert_int_ne(all[i]->letter, all[k]->letter);
+            ck_assert_str_ne(all[i]->name, all[k]->name);
+        }
+    }
+}
+END_TEST
+
 START_TEST(a_trace_that_cannot_be_written_is_reported)
 {
     world w;
@@ -871,6 +906,7 @@ START_TEST(a_trace_that_cannot_be_written_is_reported)
     FILE *f = fopen("/dev/full", "w");
     ck_assert_ptr_nonnull(f);
     ck_assert_int_eq(diag__trace_row(f, &w.q, &w.t, row), STEIN_EIO);
+    ck_assert_int_eq(diag__trace_proposals(f, 0, 0, NULL, 0), STEIN_EIO);
     fclose(f);
     diag__table_free(&w.t);
 }
@@ -929,6 +965,8 @@ Suite *hypotheses_suite(void)
     tc = tcase_create("trace");
     tcase_add_checked_fixture(tc, make_folder, remove_folder);
     tcase_add_test(tc, a_trace_is_one_object_a_row);
+    tcase_add_test(tc, a_proposer_without_proposals_differs_from_one_that_is_ranked_out);
+    tcase_add_test(tc, letters_of_proposers_are_unique);
     tcase_add_test(tc, a_trace_that_cannot_be_written_is_reported);
     suite_add_tcase(suite, tc);
     return suite;

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_search.c - diagnoses of the swings of a pendulum: an effect of a hundred noises is found;
- * two effects hidden at once are both found, one is not called two; numbers out of their tolerances
- * are told; a step that is too coarse is reported, and is no physical effect. The search ends where
- * its budget does, reads no record that reports, and does not depend on how many threads it has.
+ * test_search.c - diagnoses of the swings of a pendulum. An effect of a hundred noises is found; of
+ * two effects hidden at once both are found, and one is not called two. Numbers out of their
+ * tolerances are named. A step that is too coarse is reported, and is no physical effect. The
+ * search ends where its budget does, reads no record that reports, and does not depend on how many
+ * threads it has.
  */
 #include <math.h>
 #include <string.h>
@@ -10,7 +11,7 @@
 #include "fit_support.h"
 #include "search.h"
 #include "stein/diagnose.h"
-#include "structure.h"
+#include "added_parts.h"
 #include "suites.h"
 #include "swings.h"
 
@@ -505,6 +506,23 @@ static void open_reporting(fitted *f, const char *const *elsewhere, unsigned lon
     open_fit(f, pendulum, NULL, data);
 }
 
+/* the proposals of a trace are as many as it gives a fate; @return how many are tried */
+static int ck_assert_counted(const char *trace)
+{
+    static const char word[] = "\"proposals\":", tried[] = "\"tried\":";
+    int fits = 0;
+    for (const char *at = trace; (at = strstr(at, word)) != NULL; at++) {
+        int all = atoi(at + strlen(word)), sum = 0;
+        const char *end = strchr(at, '}'), *is = strstr(at, tried);
+        for (const char *c = at + strlen(word); (c = strchr(c, ':')) != NULL && c < end; c++) {
+            sum += atoi(c + 1);
+        }
+        ck_assert_int_eq(all, sum);
+        fits += is != NULL && is < end ? atoi(is + strlen(tried)) : 0;
+    }
+    return fits;
+}
+
 START_TEST(reporting_records_change_no_row_and_may_withdraw_a_cause)
 {
     static const char *const other[] = {"rod.preload=80 mN m", "rod.drag=3 mN m s^2/rad^2", NULL};
@@ -520,6 +538,8 @@ START_TEST(reporting_records_change_no_row_and_may_withdraw_a_cause)
     ck_assert_int_eq(d[0]->nheld, REPORTING);
     ck_assert_cause(d[0], "coulomb_friction", 2e-3);
     ck_assert_str_eq(rows[0], rows[1]);
+    ck_assert_ptr_nonnull(strstr(rows[0], "\n{\"linearised\":0,"));
+    ck_assert_int_gt(ck_assert_counted(rows[0]), 0);
     ck_assert_double_lt(d[0]->gain.hi, 0.9); // and they are read in the end
     ck_assert(!(d[1]->gain.ratio < 0.85));
     for (int i = 0; i < 2; i++) {

@@ -1,19 +1,19 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * structure.h - parts and degrees of freedom that a mechanism file may get.
+ * added_parts.h - parts and degrees of freedom that a mechanism file may get.
  *
  *   yaml_edit.c      changes in the text of a mechanism file
  *   candidates.c     effects at places
  *   limits.c         their largest plausible sizes
  *   sites.c          where a part can sit
  *   alias.c          equivalent candidates
- *   structure.c      the parts
+ *   added_parts.c    the parts
  *   bind.c           a candidate in a model
  *   contact_poses.c  relative pose of two bodies where they touch
  *   extend.c         the extended file
  * Included by: this folder, src/lab.
  */
-#ifndef STRUCTURE_H
-#define STRUCTURE_H
+#ifndef ADDED_PARTS_H
+#define ADDED_PARTS_H
 
 #include "open.h"
 #include "stein/diagnose.h"
@@ -91,7 +91,7 @@ const char *lab__same_as_armature(const mechanism *m, int i);
 /** Candidates [n] that are the same as an armature get its name as alias. */
 void lab__note_armatures(lab_candidate *list, int n, const stein_model *m);
 
-/* ---- structure.c ---- */
+/* ---- added_parts.c ---- */
 
 enum { LAB_NUMBERS = 1 + LAB_SIDES }; /* of a part: the amount and its side numbers */
 /** Names and units of the numbers of a kind, NULL behind the last one.

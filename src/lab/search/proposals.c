@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * proposing.c - what the proposers share.
+ * proposals.c - what the proposers share.
  */
 #include <math.h>
 #include <stdlib.h>
 
-#include "proposing.h"
+#include "proposals.h"
 
-diag__proposal diag__as_parent(diag__hypothesis h, int parent, char source)
+diag__proposal diag__as_parent(diag__hypothesis h, int parent, const diag__proposer *by)
 {
-    diag__proposal p = {.h = h, .parent = parent, .source = source};
+    diag__proposal p = {.h = h, .parent = parent, .by = by};
     for (int i = 0; i < DIAG_CAUSES; i++) {
         p.amount[i] = p.side[i] = NAN;
     }
@@ -26,7 +26,7 @@ int diag__proposal_of(const diag__linear *l, const int *set, int n, double *amou
     if (!isfinite(gain) || h.n != n) {
         return 0;
     }
-    *to = diag__as_parent(h, -1, 0);
+    *to = diag__as_parent(h, -1, NULL);
     to->expected = diag__expected(l, set, n, amount, gain);
     for (int k = 0; k < n; k++) {
         for (int i = 0; i < n; i++) {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * mjcf_rest.c - equalities and actuators of a MuJoCo model, and omissions.
+ * mjcf_equalities.c - equalities and actuators of a MuJoCo model, and omissions.
  */
 #include "mjcf.h"
 
@@ -170,7 +170,7 @@ static void take_actuator(mjcf *m, const xml_node *node)
     }
 }
 
-void mjcf_rest(mjcf *m)
+void mjcf_equalities(mjcf *m)
 {
     const xml_node *equality = xml_child(m->root, "equality");
     const xml_node *actuator = xml_child(m->root, "actuator");

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * structure.c - effects that need a part or a degree of freedom more: the text that adds them.
+ * added_parts.c - effects that need a part or a degree of freedom more: the text that adds them.
  *
  * One table: what is written where, with numbers and names put in for the words after a $. The
  * rest of the file stays, and every number of it keeps its name and its meaning (a body that is cut
@@ -34,7 +34,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "structure.h"
+#include "added_parts.h"
 
 enum { WORDS = 128, LINES = 9 };
 

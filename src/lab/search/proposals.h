@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * proposing.h - what the proposers share.
+ * proposals.h - what the proposers share.
  * Included by: this folder.
  */
-#ifndef DIAG_PROPOSING_H
-#define DIAG_PROPOSING_H
+#ifndef DIAG_PROPOSALS_H
+#define DIAG_PROPOSALS_H
 
 #include "search.h"
 
@@ -16,7 +16,7 @@ typedef struct diag__ranked {
 } diag__ranked;
 
 /** A hypothesis whose fit begins where that of its parent row ended. */
-diag__proposal diag__as_parent(diag__hypothesis h, int parent, char source);
+diag__proposal diag__as_parent(diag__hypothesis h, int parent, const diag__proposer *by);
 /** The proposal of a set of columns, amounts as the linear model has them.
  *  @param amount  [n] out  @return 0: it has no solution, or names a cause twice */
 int diag__proposal_of(const diag__linear *l, const int *set, int n, double *amount,
