@@ -224,6 +224,7 @@ run: deps  ## build, strike once, compare with the paper, diagnose strokes, writ
 	$(Q)$(B)/stein strike models/stein1788.yaml -o $(B)/run/stroke.csv --plot $(B)/run/stroke.svg
 	$(Q)$(B)/stein study models/stein1788.yaml -o $(B)/run
 	$(Q)$(B)/stein diagnose models/stein1788.yaml models/strokes/*.csv -o $(B)/run/diagnosis
+	@echo "models/strokes is simulated; hidden in it: quadratic_drag at hammer, k = 1 µN m s^2/rad^2"
 	$(Q)if command -v $${WASM_CC:-clang} >/dev/null && command -v wasm-ld >/dev/null; then \
 	  $(B)/stein page models/stein1788.yaml -o $(B)/run/page.html; \
 	else echo "no page: its compiler is not here; make deps-page installs it, then make run"; fi

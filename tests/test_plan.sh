@@ -70,6 +70,33 @@ if [ "$(head -c 1 "$dir/out")" = "{" ]; then pass; else fail "and nothing else";
 claim 0 "other odds" "$stein" plan "$model" "$diagnosis" --odds 20
 shows "are told" 'odds of 20 to 1' "$dir/out"
 
+# ---- two causes at once: they are one hypothesis, and so is a rival with the cause beside it
+for k in 1 2 3 4; do
+    awk -F, '/^#/ || /^time/ { print; next } { printf "%s,%.9f\n", $1, 1.06 * $2 }' "$dir/s$k.csv" >"$dir/two$k.csv"
+done
+claim 0 "strokes with a drag and a gain" "$stein" diagnose "$model" "$dir"/two?.csv -o "$dir/two"
+shows "have two causes" '^cause: sensor_gain at angle: '
+shows "and a rival of one of them" 'cannot separate it from: .*at wheel'
+shows "and the next experiment" '"experiment": "wheel.initial.position = ' "$dir/two/diagnosis.json"
+claim 0 "they have a plan" "$stein" plan "$model" "$dir/two/diagnosis.json" -o "$dir/p2"
+shows "which names both hypotheses" '^wheel: sensor_gain at angle and [a-z_]* at wheel, or [a-z_]* at wheel and [a-z_]* at [a-z]*'
+if sed -n 4p "$dir/out" | grep -q 'wheel.initial.position = '; then pass; else fail "another angle separates the drags"; fi
+if tr -d ' \n' <"$dir/p2/plan.json" | grep -q '"cause":{"kind":"sensor_gain","place":"angle","beside":\[{"kind":'
+then pass; else fail "plan.json has what acts beside"; fi
+shows "the record is predicted by both" '^# prediction: sensor_gain at angle and [a-z_]* at wheel, without noise' "$dir/p2/next_stroke.csv"
+
+# ---- a start that nobody stated is estimated; from rest nothing would be seen
+for k in 1 2 3 4; do grep -v '^# set' "$dir/s$k.csv" >"$dir/free$k.csv"; done
+claim 0 "strokes whose start is not stated" "$stein" diagnose "$model" "$dir"/free?.csv -o "$dir/free"
+if grep -q 'cannot separate it from' "$dir/out"; then
+    shows "have it in their conditions" '"name": "wheel.initial.position"' "$dir/free/diagnosis.json"
+    claim 0 "and a plan" "$stein" plan "$model" "$dir/free/diagnosis.json" -o "$dir/p3"
+    shows "with another angle" '^wheel.initial.position = '
+    shows "above those so far" 'twice what was set so far'
+else
+    fail "have rivals"
+fi
+
 # ---- its strokes are data
 shows "the stroke says its settings" '^# set wheel.initial.position: 0.1 rad' "$dir/p/next_stroke.csv"
 claim 0 "the prediction is a stroke for the diagnosis" "$stein" diagnose "$model" "$dir"/s[1-4].csv \
@@ -131,8 +158,10 @@ says "what it should be" 'expected a diagnosis.json'
 claim 1 "an absent file" "$stein" plan "$model" "$dir/absent.json"
 says "is named" 'absent.json'
 sed -e '/"indistinguishable": \[/,/^  \],/c\  "indistinguishable": [],' "$diagnosis" >"$dir/alone.json"
-claim 1 "a cause without rivals" "$stein" plan "$model" "$dir/alone.json"
-says "leaves nothing to separate" 'nothing to separate'
+claim 0 "a cause without rivals" "$stein" plan "$model" "$dir/alone.json"
+shows "leaves nothing to separate" "^wheel: $cause at wheel, and no rival: there is nothing to separate\$"
+claim 0 "the same as JSON" "$stein" plan "$model" "$dir/alone.json" --json
+shows "has no experiment" '"experiments": \[\]'
 claim 1 "the diagnosis of another mechanism" "$stein" plan models/stein1788.yaml "$diagnosis"
 says "is told" 'another mechanism'
 

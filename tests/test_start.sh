@@ -38,7 +38,7 @@ awk -F, 'BEGIN { print "# noise angle: 1 mrad" } /^#/ { next } /^time/ { print $
     { printf "%s,%.9f\n", $1, $2 + 1e-3 * ((n++ * 7919) % 13 - 6) / 3.74 }' "$dir/run.csv" >"$dir/record.csv"
 claim 0 "its record is diagnosed" "$stein" diagnose "$dir/swing.yaml" "$dir/record.csv" -o "$dir/found"
 if [ "$(wc -l <"$dir/out")" -le 12 ]; then pass; else fail "in 12 lines: $(wc -l <"$dir/out")"; fi
-shows "the verdict comes first" '^swing: [a-z_]* ([0-9]* records* fitted'
+shows "the verdict comes first" '^swing: [a-z_]* ([0-9]* pieces* of 1 record fitted'
 shows "the cause has its size" '^cause: [a-z_]* at rod'
 shows "the report is named" "^$dir/found/report.html\$"
 
@@ -127,7 +127,7 @@ done <"$dir/commands"
 # numbers may differ in later versions, words may not: every number is a # on both sides
 figures() { sed 's/-\{0,1\}[0-9][0-9]*\(\.[0-9]*\)\{0,1\}\(e-\{0,1\}[0-9]*\)\{0,1\}/#/g' "$1"; }
 figures "$dir/printed" >"$dir/printed_words"
-sed -n '/^```text$/,/^```$/p' $tutorial | sed '/^```/d' >"$dir/told"
+sed -n '/^```text$/,/^```$/p' $tutorial | sed '/^```/d; /^\.\.\.$/d' >"$dir/told"
 figures "$dir/told" >"$dir/told_words"
 while read -r line; do
     grep -qF -e "$line" "$dir/printed_words"
@@ -139,6 +139,38 @@ found "$(sed -n 's/^cause: .* b = \([0-9.]*\) .*/\1/p' $tutorial)" "$dir/printed
 ok "$tutorial: the size that it tells is found" $?
 found "$(sed -n 's/^Viscous friction of \([0-9.]*\) .*/\1/p' $tutorial)" "$dir/printed"
 ok "$tutorial: it is the one that was hidden" $?
+
+# ---- records that state the wrong thing: the report has no fit in it, and of two signs none is chosen
+sed 's/^outputs:$/&\n  end_x: {point: lever.end, read: x}/' models/swing/swing.yaml >"$dir/both.yaml"
+for i in 1 2 3; do
+    awk -F, '/^#/ { next } /^time/ { print "time [s],angle [rad],end_x [mm]"; next }
+        { printf "%s,%s,%.3f\n", $1, $2, -330 * sin($2) }' models/swing/swing_0$i.csv >"$dir/both_$i.csv"
+    awk -F, '/^#/ { next } /^time/ { print "time [s],angle [rad]"; next }
+        { printf "%s,%.4f\n", $1, $2 * 57.29577951 }' models/swing/swing_0$i.csv >"$dir/degrees_$i.csv"
+done
+claim 1 "a channel that is mirrored beside one that is not" "$stein" diagnose "$dir/both.yaml" "$dir"/both_?.csv -o "$dir/both"
+shows "both are named" 'angle or end_x: moves against the model'
+shows "none is chosen" 'cannot tell which of the two'
+if grep -q '^cause' "$dir/out"; then fail "there is no cause"; else pass; fi
+gone "and no file changes one" "$dir/both/extended.yaml"
+claim 1 "degrees under a title of radians" "$stein" diagnose models/swing/swing.yaml "$dir"/degrees_?.csv -o "$dir/degrees"
+shows "nothing was fitted" '^swing: unusable_model (nothing was fitted'
+shows "the headline says what is wrong" '<h1>angle is in deg, not in rad</h1>' "$dir/degrees/report.html"
+if grep -q 'every candidate\|samples of\|held out' "$dir/degrees/report.html"; then fail "no fit is told of"; else pass; fi
+
+# ---- a tracked point that is too far out acts exactly like a gain of its channel: both are named
+sed 's/end: \[0, 0, -330 mm\]/end: [0, 0, -345 mm]/; /^  angle:/d' "$dir/both.yaml" >"$dir/far.yaml"
+for i in 1 2 3 4; do
+    awk -F, '/^#/ { next } /^time/ { print "time [s],end_x [mm]"; next }
+        { printf "%s,%.3f\n", $1, 330 * sin($2) }' models/swing/swing_0$i.csv >"$dir/far_$i.csv"
+done
+claim 0 "a point in the wrong place" "$stein" diagnose "$dir/far.yaml" "$dir"/far_?.csv -o "$dir/far"
+if grep -q 'sensor_gain at end_x' "$dir/out"; then
+    shows "is told beside the gain" 'a change of lever.end.z' "$dir/out"
+    shows "and in the report" 'A wrong lever.end.z of the file acts in exactly the same way' "$dir/far/report.html"
+else
+    fail "is found as a gain"
+fi
 
 # the same records as a phone's tracked positions and as an encoder's counts
 sed 's/^outputs:$/&\n  end_x: {point: lever.end, read: x}/' models/swing/swing.yaml >"$dir/phone.yaml"

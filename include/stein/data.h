@@ -260,11 +260,13 @@ typedef struct lab_doubt {
     int grave;  /* 1: with this reading of the data no verdict about the mechanism can be trusted */
     int stroke; /* first record that it concerns */
     int records;       /* how many it concerns */
-    int column, other; /* -1: none (time, all columns of a unit, the whole record) */
+    int column, other; /* -1: none (time, all columns of a unit, the whole record); other: exchanged
+                          with it, or as likely to have the wrong sign */
     double factor;     /* of the numbers read; 1: not a matter of scale */
     double off, then;  /* misfit of the affected channels as read, and with the other reading:
                           sd(y - h) / (sd(y) + sd(h)), 0 the same motion, 0.7 unrelated */
     char *text;        /* "file: column: what; what would fit" */
+    char brief[200];   /* "angle is in deg, not in rad" */
 } lab_doubt;
 
 /** Suspicions, the worst first. */

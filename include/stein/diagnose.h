@@ -197,11 +197,16 @@ typedef struct lab_power {
 typedef struct lab_posterior {
     int n;
     struct lab_uncertain {
-        char name[LAB_PLACE]; /* a parameter of the file; "amount", "side", "other" of the effect */
+        char name[LAB_PLACE]; /* a parameter of the file; "amount", "side", "other" of the effect,
+                                 "amount_2" .. of the first one in `beside`, "amount_3" .. */
         int logarithmic;
         double value, sd; /* [SI], of z */
     } * number;
     double *correlation; /* [n*n] of z */
+    /* the other candidates of its hypothesis, which act in the same fit; NULL: it is the only one
+     */
+    lab_candidate *beside;
+    int nbeside;
 } lab_posterior;
 
 /** A candidate, judged. Gains are falls of -2 log likelihood with the strokes' scatter taken out.
@@ -446,6 +451,7 @@ typedef struct lab_setting_off {
 typedef struct lab_diagnosis {
     lab_verdict verdict;
     char reason[800];  /* a few sentences */
+    char slip[200];    /* what the records state wrongly, for which nothing was fitted; "" */
     const char *phase; /* phase in which the cause is largest; NULL without one */
     int nsuspect;
     lab_suspect *suspect; /* causes in the order they were found, rivals, then all others */
@@ -455,7 +461,9 @@ typedef struct lab_diagnosis {
     lab_gain gain;        /* all channels, in units of noise */
     int ngain;
     lab_gain *gains; /* by channel and phase */
-    int nfit, nheld; /* strokes */
+    int nfit, nheld; /* strokes; pieces of them where `in_pieces` */
+    int in_pieces;   /* 1: long records, or too few, were cut into pieces */
+    int nfile;       /* records that were read */
     int samples;
     lab_conditions conditions;
     lab_experiment *next; /* best separates the cause from its rivals; NULL: no rivals */

@@ -47,10 +47,11 @@ typedef struct lab_plan_def {
 } lab_plan_def;
 lab_plan_def lab_plan_def_default(void);
 
-/** Plan the next experiment for a diagnosis with rivals.
+/** Plan the next experiment for a diagnosis with rivals; without any, n and nrival are 0. Several
+ *  causes are one hypothesis, and so is a rival with the causes beside it.
  *  @param file, model  of the diagnosis
  *  @param diagnosis    of lab_diagnose, or of lab_diagnosis_read
- *  @return OK, EINVAL (no rivals to separate; def), ESTOPPED, ENOMEM, numerical failures of the
+ *  @return OK, EINVAL (no posterior; def), ESTOPPED, ENOMEM, numerical failures of the
  * cause's own model in the conditions of the diagnosis */
 stein_status lab_plan_make(lab_plan **out, const char *file, const lab_model *model,
                            const lab_diagnosis *diagnosis, const lab_plan_def *def, stein_err *err);

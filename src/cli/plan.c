@@ -77,17 +77,46 @@ static void print_experiment(const lab_experiment *e, const lab_plan *plan)
     }
 }
 
+/* "coulomb_friction at rod and mass at bob": all causes of a hypothesis */
+static void print_hypothesis(const lab_suspect *s)
+{
+    printf("%s at %s", s->candidate.effect->kind, s->candidate.place);
+    for (int i = 0; i < s->posterior.nbeside; i++) {
+        const lab_candidate *c = &s->posterior.beside[i];
+        printf(" and %s at %s", c->effect->kind, c->place);
+    }
+}
+
+static void print_nothing(const job *j)
+{
+    const lab_diagnosis *d = j->diagnosis;
+    printf("%s: ", lab_equations(j->model)->name);
+    if (d->ncause < 1) {
+        printf("the diagnosis (%s) names no cause", lab_verdict_text(d->verdict));
+    }
+    for (int i = 0; i < d->ncause; i++) {
+        const lab_candidate *c = &d->suspect[i].candidate;
+        printf("%s%s at %s", i > 0 ? " and " : "", c->effect->kind, c->place);
+    }
+    printf("%s: there is nothing to separate\n", d->ncause > 0 ? ", and no rival" : "");
+}
+
 static void print_plan(const job *j)
 {
     const lab_plan *p = j->plan;
     const lab_diagnosis *d = j->diagnosis;
-    const lab_candidate *c = &d->suspect[0].candidate;
     int shown = p->n < SHOWN ? p->n : SHOWN;
-    printf("%s: %s at %s, or", lab_equations(j->model)->name, c->effect->kind, c->place);
+    if (p->nrival == 0) {
+        print_nothing(j);
+        return;
+    }
+    printf("%s: ", lab_equations(j->model)->name);
+    print_hypothesis(&d->suspect[0]);
+    printf(", or");
     for (int i = d->ncause, n = 0; n < p->nrival && i < d->nsuspect; i++) {
         if (d->suspect[i].posterior.n > 0) {
-            const lab_candidate *r = &d->suspect[i].candidate;
-            printf("%s %s at %s", n++ > 0 ? "," : "", r->effect->kind, r->place);
+            printf(n++ > 0 ? ", or " : " ");
+            print_hypothesis(&d->suspect[i]);
         }
     }
     printf("?\n");

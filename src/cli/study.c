@@ -125,6 +125,8 @@ static void write_facts(FILE *f, const inquiry *s)
         lab__json_text(&j, "fact", s->fact[i].fact);
         lab__json_text(&j, "paper", s->fact[i].paper);
         lab__json_text(&j, "simulated", s->fact[i].simulated);
+        lab__json_text(&j, "within", s->fact[i].within);
+        lab__json_bool(&j, "calibrated", s->fact[i].calibrated);
         lab__json_bool(&j, "ok", s->fact[i].ok);
         lab__json_close(&j);
     }
@@ -212,9 +214,14 @@ static void print_table(const inquiry *s, const char *folder)
         cell(s->fact[i].fact, width[0]);
         cell(s->fact[i].paper, width[1]);
         cell(s->fact[i].simulated, width[2]);
-        printf("%s\n", s->fact[i].ok ? "ok" : "OFF");
+        printf("%s%s\n", s->fact[i].ok ? "ok" : "OFF", s->fact[i].calibrated ? ", calibrated" : "");
     }
-    printf("%d of %d facts reproduced\n", count_ok(s), s->nfact);
+    int calibrated = 0;
+    for (int i = 0; i < s->nfact; i++) {
+        calibrated += s->fact[i].calibrated;
+    }
+    printf("%d of %d facts reproduced; the numbers of the model were calibrated for %d of them\n",
+           count_ok(s), s->nfact, calibrated);
     if (s->report.npart > 0) {
         printf("%s/study.html\n", folder);
     }

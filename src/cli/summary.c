@@ -106,9 +106,12 @@ static void put_error(const lab_diagnosis *d)
 void cli_summary(const char *model, const lab_diagnosis *d)
 {
     int has_law = d->nlaw > 0 && d->law->pays;
-    printf("%s: %s (%d record%s fitted, %d held out, %d samples, %.3g s)\n", model,
-           lab_verdict_text(d->verdict), d->nfit, d->nfit == 1 ? "" : "s", d->nheld, d->samples,
-           d->seconds);
+    char counts[DIAG_COUNTS];
+    printf("%s: %s (%s", model, lab_verdict_text(d->verdict), diag__counts(counts, d));
+    if (d->slip[0] == '\0') {
+        printf(", %d samples", d->samples);
+    }
+    printf(", %.3g s)\n", d->seconds);
     if (d->reason[0] != '\0') {
         lab__put_line(stdout, d->reason);
     }

@@ -302,24 +302,34 @@ static void read_at(mech__reader *rd, mech_body *b, const char *name, const mech
     }
 }
 
-/** I_yy from the swing of the body on its joint, as makers measure it:
- *  I_o = m g d / (2 pi nu)^2 about the joint, I_yy = I_o - m d^2, d from the joint to the centre.
+/** I_yy from the swing of the body on its joint, as makers measure it, by its frequency or period:
+ *  I_o = m g d / (2 pi nu)^2 = m g d (T / 2 pi)^2 about the joint, I_yy = I_o - m d^2, d from the
+ *  joint to the centre.
  */
 static void read_pendulum(mech__reader *rd, mech_body *b, const mech__node *node)
 {
     mech_scalar *unused = mech__alloc(rd, 2 * sizeof *unused);
-    const mech__node *g = mech__get(node, "gravity");
+    const mech__node *g = mech__get(node, "gravity"), *period = mech__get(node, "period");
     const char *n = b->name;
 
-    if (!unused || !mech__keys(rd, node, "pendulum", "frequency gravity")) {
+    if (!unused || !mech__keys(rd, node, "pendulum", "frequency period gravity")) {
+        return;
+    }
+    if (period && mech__get(node, "frequency")) {
+        mech__problem_at(rd, period->key, "frequency and period exclude each other");
         return;
     }
     if (b->type != 'R' || b->axis != 'y') {
         mech__problem_at(rd, node->key, "a pendulum test needs a joint about y, expected inertia");
         return;
     }
-    mech__number(rd, &unused[0], "Hz", MECH__POSITIVE,
-                 mech__need(rd, node, "frequency", "pendulum"), 1.0, "%s.pendulum.frequency", n);
+    if (period) {
+        mech__number(rd, &unused[0], "s", MECH__POSITIVE, period, 1.0, "%s.pendulum.period", n);
+    } else {
+        mech__number(rd, &unused[0], "Hz", MECH__POSITIVE,
+                     mech__need(rd, node, "frequency", "pendulum"), 1.0, "%s.pendulum.frequency",
+                     n);
+    }
     if (g) {
         mech__number(rd, &unused[1], "m/s^2", MECH__POSITIVE, g, 9.81, "%s.pendulum.gravity", n);
     }
@@ -328,13 +338,17 @@ static void read_pendulum(mech__reader *rd, mech_body *b, const mech__node *node
     const char *gravity = g ? mech__print(rd, "%s.pendulum.gravity", n) : "9.81 m/s^2";
     const char *d2 =
         mech__print(rd, "(%s.centre.x * %s.centre.x + %s.centre.z * %s.centre.z)", n, n, n, n);
-    const char *nu = mech__print(rd, "%s.pendulum.frequency", n);
+    const char *of = mech__print(rd, period ? "%s.pendulum.period" : "%s.pendulum.frequency", n);
 
-    if (yy && gravity && d2 && nu) {
+    if (yy && gravity && d2 && of) {
         yy->node = node;
-        yy->label = "m g d / (2 pi nu)^2 - m d^2";
-        yy->text = mech__print(rd, "%s.mass * (%s * sqrt%s / (39.478417604357434 * %s * %s) - %s)",
-                               n, gravity, d2, nu, nu, d2);
+        yy->label = period ? "m g d (T / 2 pi)^2 - m d^2" : "m g d / (2 pi nu)^2 - m d^2";
+        yy->text =
+            mech__print(rd,
+                        period ? "%s.mass * (%s * sqrt%s * %s * %s / 39.478417604357434 - %s)"
+                               : "%s.mass * (%s * sqrt%s / (39.478417604357434 * %s * %s) - "
+                                 "%s)",
+                        n, gravity, d2, of, of, d2);
     }
 }
 

@@ -464,6 +464,10 @@ START_TEST(an_inertia_that_no_body_can_have_is_refused)
                   "its centre on its joint");
     judge_inertia("  a: {joint: R x, mass: 1, centre: [0, 1, 0], pendulum: {frequency: 0.1}}\n",
                   "pendulum", "needs a joint about y");
+    judge_inertia(
+        "  a: {joint: R y, mass: 1, centre: [0.1, 0, 0], pendulum: {frequency: 1 Hz, period: "
+        "1 s}}\n",
+        "period", "exclude each other");
     judge_inertia("  a: {joint: R y, mass: 1, inertia: {yy: 1}, pendulum: {frequency: 1}}\n",
                   "pendulum", "exclude each other");
 }

@@ -33,7 +33,7 @@ START_TEST(rare_mistakes_of_a_mechanism_are_refused_with_their_place)
         {"  effort:", "  motion: kinetic\n  effort:", "kinetic", "an output must be a mapping"},
         {"    inertia: {yy: 3.17e-6 kg m^2}\n",
          "    pendulum: {frequency: 2 Hz, gravitation: 1 m/s^2}\n", "gravitation",
-         "unknown key \"gravitation\" in pendulum, expected one of frequency gravity"},
+         "unknown key \"gravitation\" in pendulum, expected one of frequency period gravity"},
         {"stroke:", "regulation: {pawl.stop_shift: {from: 0 mm, to: 1 kg}}\nstroke:", "1 kg",
          "to of pawl.stop_shift|the unit is kg, expected m"},
         {"stroke:", "regulation: {nowhere.near.that: {from: 0 mm, to: 1 mm}}\nstroke:", "nowhere",
@@ -162,6 +162,26 @@ START_TEST(a_pendulum_test_may_have_been_made_elsewhere)
                     0.3 * (g * d / (4.0 * pi * pi * nu * nu) - d * d), 1e-12, 0.0);
     ck_assert(param(m, "b.pendulum.gravity", &none) == g);
     mech_free(m);
+}
+END_TEST
+
+START_TEST(a_pendulum_test_may_state_its_period)
+{
+    static const char *const of[] = {"frequency: 0.625 Hz +- 0.0125 Hz", "period: 1.6 s +- 32 ms"};
+    static const char *const name[] = {"b.pendulum.frequency", "b.pendulum.period"};
+    double inertia[2], none;
+    for (int i = 0; i < 2; i++) {
+        char text[300];
+        snprintf(text, sizeof text,
+                 "mechanism: m\nbodies:\n  b:\n    joint: R y\n    mass: 0.3 kg\n"
+                 "    centre: [0.1 m, 0, 0]\n    pendulum: {%s}\n",
+                 of[i]);
+        mechanism *m = read_ok(text, NULL, 0);
+        inertia[i] = m->bodies[0].inertia[1].value;
+        ck_assert(param(m, name[i], &none) == (i == 0 ? 0.625 : 1.6));
+        mech_free(m);
+    }
+    ck_assert_close(inertia[1], inertia[0], 1e-12, 0.0);
 }
 END_TEST
 
@@ -417,6 +437,7 @@ Suite *seldom_suite(void)
     tcase_add_test(tc, the_rest_of_a_body_may_be_too_long_a_formula);
     tcase_add_test(tc, a_tolerance_may_be_written_with_its_sign);
     tcase_add_test(tc, a_pendulum_test_may_have_been_made_elsewhere);
+    tcase_add_test(tc, a_pendulum_test_may_state_its_period);
     tcase_add_test(tc, a_sliding_joint_has_tables_of_forces);
     tcase_add_test(tc, kinds_of_outputs_stand_in_their_order_and_have_words_of_their_own);
     tcase_add_test(tc, an_input_can_be_read_in_its_own_unit);

@@ -153,8 +153,11 @@ static void judge_noise(lab_audit *a, const lab_column *c, const lab_channel_aud
                       ch->samples);
     }
     if (ch->step > rounding && (ch->step > 2.5 * ch->noise_estimated || ch->locking > 0.8)) {
-        data__finding(a, nomem, "%s: locked to steps of %s, the noise does not reach across",
-                      c->name, data__quantity(x, ch->step, c->unit));
+        data__finding(a, nomem, "%s: rounded to steps of %s, more than its noise: %s", c->name,
+                      data__quantity(x, ch->step, c->unit),
+                      isnan(c->noise)
+                          ? "they count as noise of a step / sqrt 12, nothing is to be done"
+                          : "the noise that is given counts");
     }
     if (ch->correlation[0] > 0.3 && ch->noise_from == LAB_NOISE_REST &&
         ch->noise_estimated > 1e-5 * (ch->high - ch->low)) {

@@ -330,12 +330,20 @@ int data__is_repeated(data__reader *r, const data__title *t)
     return 0;
 }
 
+/* Is it a time under another name, "Zeit [s]" or "temps_ms": its unit says so, and the model has no
+ * such name. */
+static int is_some_time(const data__reader *r, data__title *t)
+{
+    return data__wanted_unit(r->model, t->name) == NULL &&
+           data__cut_time(t->name, t->unit, &t->has_unit);
+}
+
 static void add_time(data__reader *r, data__title *t)
 {
-    if (!data__is_time(r->model, t->name)) {
+    if (!data__is_time(r->model, t->name) && !is_some_time(r, t)) {
         data__problem(&r->problems, 0, r->header_line, t->at,
                       "the first column is \"%s%s%s%s\": "
-                      "expected time [s]",
+                      "expected time [s], or any name with a unit of time",
                       t->name, t->has_unit ? " [" : "", t->unit, t->has_unit ? "]" : "");
         r->stop = 1; // rows without time have no order
         return;

@@ -108,6 +108,10 @@ int data__unit(const char *unit, const char *wanted, int *exp10, double *factor)
  * the model in other upper and lower case gets the model's spelling.
  *  @return 1 with a unit, 0 without, -1 the bracket does not close */
 int data__cut_title(const stein_model *m, data__cell cell, char name[], char unit[]);
+/** Is a title of another name one of a time, "Zeit [s]" or "temps_ms"?
+ *  @param unit, has_unit  of data__cut_title; in, out: those of the suffix
+ *  @return 1: it has a unit of time */
+int data__cut_time(const char *name, char unit[], int *has_unit);
 /** A cell that is a unit alone, in brackets or without. @param unit  out [DATA_SHOWN] */
 void data__cut_unit(data__cell cell, char unit[]);
 /** Is it the title of the time: "time", "timestamp", "seconds" in any case, or "t"? */

@@ -9,8 +9,9 @@
 
 /* ---- words ---- */
 
-/* the unit that a factor suggests: the numbers are in one unit under a title that states another */
-static const char *units_of(char *to, const char *unit, double factor)
+/* the units that a factor suggests: the numbers are in `is` under a title that states `stated`.
+ * @return 0: it is none between two units */
+static int find_units(const char *unit, double factor, const char **is, const char **stated)
 {
     static const struct {
         const char *unit, *small;
@@ -28,16 +29,37 @@ static const char *units_of(char *to, const char *unit, double factor)
     for (size_t i = 0; i < sizeof known / sizeof *known; i++) {
         double up = factor / known[i].factor, down = factor * known[i].factor;
         if (strcmp(known[i].unit, unit) == 0 && fabs(up - 1.0) < 1e-6) {
-            snprintf(to, DATA_SHOWN, "as %s instead of %s", known[i].small, unit);
-            return to;
+            *is = known[i].small;
+            *stated = unit;
+            return 1;
         }
         if (strcmp(known[i].unit, unit) == 0 && fabs(down - 1.0) < 1e-6) {
-            snprintf(to, DATA_SHOWN, "as %s instead of %s", unit, known[i].small);
-            return to;
+            *is = unit;
+            *stated = known[i].small;
+            return 1;
         }
     }
-    snprintf(to, DATA_SHOWN, "times %.4g", factor);
+    return 0;
+}
+
+static const char *units_of(char *to, const char *unit, double factor)
+{
+    const char *is, *stated;
+    if (find_units(unit, factor, &is, &stated)) {
+        snprintf(to, DATA_SHOWN, "as %s instead of %s", is, stated);
+    } else {
+        snprintf(to, DATA_SHOWN, "times %.4g", factor);
+    }
     return to;
+}
+
+static size_t add_units(char *to, size_t room, const char *what, const char *unit, double factor)
+{
+    const char *is, *stated;
+    int n = find_units(unit, factor, &is, &stated)
+                ? snprintf(to, room, "%.60s is in %s, not in %s", what, is, stated)
+                : snprintf(to, room, "%.60s is %.4g times too large", what, 1.0 / factor);
+    return (size_t)n;
 }
 
 /* names of the columns of one unit */
@@ -98,6 +120,29 @@ static char *describe(const data__suspects *a, const data__guess *g, const char 
                      data__quantity(y, g->predicted, si), units_of(unit, si, g->factor), misfit);
 }
 
+/* the same as a headline */
+static void briefly(char *to, size_t room, const lab_data *d, const data__guess *g,
+                    const char *or_column)
+{
+    const lab_column *c = g->a != NULL ? lab_data_column(d, g->a) : NULL;
+    const char *unit = g->unit != NULL ? g->unit : c != NULL ? c->unit : "";
+    char names[400];
+    size_t n = 0;
+    list_columns(names, sizeof names, d, unit);
+    if (g->time != 1.0) {
+        n += add_units(to, room, "the time", "s", g->time);
+    }
+    if (g->b != NULL) {
+        snprintf(to, room, "%.60s and %.60s are exchanged", g->a, g->b);
+    } else if (g->factor < 0.0) {
+        snprintf(to, room, "%.60s%s%.60s has the opposite sign", g->a,
+                 or_column != NULL ? " or " : "", or_column != NULL ? or_column : "");
+    } else if (g->factor != 1.0 && n < room) {
+        n += (size_t)snprintf(to + n, room - n, "%s", n > 0 ? "; " : "");
+        (void)add_units(to + n, room - n, g->unit != NULL ? names : g->a, unit, g->factor);
+    }
+}
+
 /* ---- the list ---- */
 
 static void add(data__suspects *a, lab_doubt doubt)
@@ -128,7 +173,8 @@ void data__tell_guess(data__suspects *a, const data__guess *g, const char *or_co
     }
     data__reading reading;
     data__reading_of(g, d, &reading);
-    add(a, (lab_doubt){.kind = g->time != 1.0    ? LAB_DOUBT_TIME
+    const lab_column *either = or_column != NULL ? lab_data_column(d, or_column) : NULL;
+    lab_doubt doubt = {.kind = g->time != 1.0    ? LAB_DOUBT_TIME
                                : g->b != NULL    ? LAB_DOUBT_SWAPPED
                                : g->factor < 0.0 ? LAB_DOUBT_SIGN
                                                  : LAB_DOUBT_SCALE,
@@ -136,11 +182,13 @@ void data__tell_guess(data__suspects *a, const data__guess *g, const char *or_co
                        .stroke = g->first,
                        .records = records,
                        .column = reading.column,
-                       .other = reading.other,
+                       .other = either != NULL ? (int)(either - d->column) : reading.other,
                        .factor = g->time != 1.0 ? g->time : g->factor,
                        .off = g->off / g->accepted,
                        .then = g->then / g->accepted,
-                       .text = describe(a, g, or_column, many)});
+                       .text = describe(a, g, or_column, many)};
+    briefly(doubt.brief, sizeof doubt.brief, d, g, or_column);
+    add(a, doubt);
 }
 
 void data__tell_foreign(data__suspects *a, int record, double own, double median)
@@ -166,7 +214,7 @@ void data__tell_travel(data__suspects *a, int record, int column, double reach, 
     const lab_data *d = a->data->stroke[record];
     const data__match *m = &a->plain[record][column];
     char x[DATA_SHOWN], y[DATA_SHOWN];
-    add(a, (lab_doubt){.kind = LAB_DOUBT_SCALE,
+    lab_doubt doubt = {.kind = LAB_DOUBT_SCALE,
                        .grave = 1,
                        .stroke = record,
                        .records = a->data->n,
@@ -179,7 +227,9 @@ void data__tell_travel(data__suspects *a, int record, int column, double reach, 
                                          "%s; read as mm instead of m it would suit",
                                          d->file, d->column[column].name,
                                          data__quantity(x, m->travel, "m"),
-                                         data__quantity(y, reach, "m"))});
+                                         data__quantity(y, reach, "m"))};
+    (void)add_units(doubt.brief, sizeof doubt.brief, d->column[column].name, "m", 1e-3);
+    add(a, doubt);
 }
 
 void lab_doubts_free(lab_doubts *doubts)

@@ -168,6 +168,20 @@ static int cut_suffix(const stein_model *m, char *name, char *unit)
     return 0;
 }
 
+int data__cut_time(const char *name, char unit[], int *has_unit)
+{
+    char found[DATA_SHOWN];
+    int exp10;
+    double factor;
+    const char *bar = strrchr(name, '_');
+    if (*has_unit == 0 && bar != NULL && suffix_unit(bar + 1, "s", found) == 2) {
+        snprintf(unit, DATA_SHOWN, "%s", found);
+        *has_unit = 1;
+        return 1;
+    }
+    return *has_unit > 0 && data__unit(unit, "s", &exp10, &factor) == 0;
+}
+
 /* ---- titles ---- */
 
 /* without blanks around it, made printable */

@@ -176,19 +176,32 @@ static stein_status results(diagnosis *d, stein_err *err)
     return status;
 }
 
+/* The posterior of a row for the first one of its candidates among `first` .. `end` - 1 that has
+ * none: of the best row it is the first cause, of another one the rival that it brings. */
+static stein_status posterior(const diag__row *row, lab_diagnosis *o, int first, int end,
+                              stein_err *err)
+{
+    for (int k = first; row->J != NULL && k < end; k++) {
+        lab_suspect *s = &o->suspect[k];
+        for (int i = 0; i < row->h.n; i++) {
+            if (s->posterior.n == 0 && diag__is_same(&s->candidate, &row->cause[i])) {
+                return diag__posterior(row, i, &s->posterior, err);
+            }
+        }
+    }
+    return STEIN_OK;
+}
+
 static stein_status posteriors(diagnosis *d, stein_err *err)
 {
     lab_diagnosis *o = d->out;
-    const diag__row *best = d->t.row[d->j.best];
-    stein_status status = diag__conditions(&d->q.null, &o->conditions, err);
-    for (int i = -1; status == STEIN_OK && o->ncause == 1 && i < d->j.nrival; i++) {
-        const diag__row *row = i < 0 ? best : d->t.row[d->j.rival[i]];
-        for (int k = 0; k < 1 + o->nrival; k++) {
-            if (row->J != NULL && o->suspect[k].posterior.n == 0 &&
-                diag__is_same(&o->suspect[k].candidate, &row->cause[0])) {
-                status = diag__posterior(row, &o->suspect[k].posterior, err);
-            }
-        }
+    stein_status status = diag__conditions(&d->q.null, d->t.row[d->j.best], &o->conditions, err);
+    if (status == STEIN_OK && o->ncause > 0) {
+        status = posterior(d->t.row[d->j.best], o, 0, 1, err);
+    }
+    for (int i = 0; status == STEIN_OK && o->ncause > 0 && i < d->j.nrival; i++) {
+        const diag__row *row = d->t.row[d->j.rival[i]];
+        status = posterior(row, o, o->ncause, o->ncause + o->nrival, err);
     }
     return status;
 }
@@ -407,7 +420,7 @@ stein_status diag__conclude(diagnosis *d, stein_err *err)
     status = status == STEIN_OK ? diag__verify_written(d, err) : status;
     diag__progress(d, 0.92, "where the model departs");
     status = status == STEIN_OK ? diag__show_all(d, err) : status;
-    if (status == STEIN_OK && o->ncause == 1 && o->nrival > 0 && act_in_all(o)) {
+    if (status == STEIN_OK && o->ncause > 0 && o->nrival > 0 && act_in_all(o)) {
         diag__progress(d, 0.95, "the next experiment");
         status = diag__next(&d->q, o, err);
     }

@@ -103,9 +103,18 @@ static stein_status check_slips(diagnosis *d, const lab_model *model, const lab_
     if (status == STEIN_OK && doubts->grave) {
         d->out->verdict = LAB_VERDICT_UNUSABLE_MODEL;
         status = diag__name_sign_error(model, data, doubts, d->out, err);
+        int which = 0;
+        while (!doubts->item[which].grave) {
+            which++;
+        }
+        const lab_doubt *grave = &doubts->item[which];
+        int either = grave->kind == LAB_DOUBT_SIGN && grave->other >= 0;
+        snprintf(d->out->slip, sizeof d->out->slip, "%s", grave->brief);
         snprintf(d->out->reason, sizeof d->out->reason,
-                 "The records do not mean what they say: %s%s", doubts->item[0].text,
-                 d->out->ncause > 0 ? ". extended.yaml has the gain -1 that fits" : "");
+                 "The records do not mean what they say: %s%s", grave->text,
+                 d->out->ncause > 0 ? ". extended.yaml has the gain -1 that fits"
+                 : either           ? ". These records cannot tell which of the two it is"
+                                    : "");
     }
     lab_doubts_free(doubts);
     return status;
@@ -249,14 +258,16 @@ stein_status lab_diagnose(lab_diagnosis **out, const char *file, const lab_model
     d.out->gain.ratio = d.out->gain.rmse_before = d.out->gain.rmse_after = NAN;
     d.out->gain.lo = d.out->gain.hi = NAN;
     d.out->noise_floor = 1.0;
+    d.out->nfile = data->n;
     diag__progress(&d, 0.0, "audit");
     stein_status status = audit(&d, data, err);
     status = status == STEIN_OK ? check_slips(&d, model, data, err) : status;
     int usable = d.out->verdict != LAB_VERDICT_UNUSABLE_MODEL;
     status = status == STEIN_OK && usable ? cut(&d, model, data, err) : status;
-    status = status == STEIN_OK ? split(&d, d.cut ? d.windows : data, err) : status;
     if (status == STEIN_OK && usable) {
-        status = search(&d, file, model, err);
+        d.out->in_pieces = d.cut;
+        status = split(&d, d.cut ? d.windows : data, err);
+        status = status == STEIN_OK ? search(&d, file, model, err) : status;
         status = status == STEIN_OK ? diag__conclude(&d, err) : status;
     }
     d.out->seconds = diag__clock() - begin;

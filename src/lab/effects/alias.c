@@ -12,6 +12,7 @@
  *      a spring's zero moved by u, or k by dk      =  a preload k u + dk q0 (and dk)
  *      a point moved by u along the line's normal  =  a gap of u
  *      a felt's force moved by da x^3 + db x^2 + dc x  =  by dc' x
+ *      a tracked point moved so that its only reading changes by g of itself  =  a gain of g
  *
  * The first two are exact for the laws of law.h: place and speeds of a spot depend on the point,
  * not on the line's depth, and a torque -k (q - q0) is linear. A line with ends, or a spring that
@@ -25,22 +26,29 @@
  * The fourth holds where a felt is hardly pressed: of all straight lines the nearest one down to
  * the deepest d has dc' = dc + 3/4 db d + 3/5 da d^2, and is off by |db d/4 + 2/5 da d^2| d there.
  * They are the same where that is below a hundredth of dc' d. Data show a hundredth of a cause only
- * if the cause is hundreds of its sd. Consequences of a formula of the file (string.height) need no
- * separate rule. A comparison of predictions would find the pairs that data cannot separate, which
- * is another question: it depends on the data and has an interval.
+ * if the cause is hundreds of its sd. The last one is exact: the point is nothing but what one
+ * channel reads, and in some postures apart the reading with the moved point is 1 + g times that
+ * without (compared numerically: the point of a pendulum along its rod, the pin at zero).
+ * Consequences of a formula of the file (string.height) need no separate rule. A comparison of
+ * predictions would find the pairs that data cannot separate, which is another question: it depends
+ * on the data and has an interval.
  */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "added_parts.h"
+#include "functions.h"
 
 static const double small_amount = 1e-5; /* of the limit */
 static const double alike = 1e-6;        /* relative difference of two directions */
 static const double rounding = 1e-13, residue = 1e-9;
 static const double hardly = 1e-2; /* of both effects */
 
+enum { POSTURES = 6 };
+
 typedef struct compass {
+    const lab_model *model;
     const stein_model *m;
     const double *base;      /* parameters of the file */
     double *p, *d1, *d2;     /* [np], [nd], [nd] */
@@ -59,6 +67,25 @@ static int is_watched(const stein_model *m, int contact)
         }
     }
     return 0;
+}
+
+/* Is a channel the place of a point that nothing else uses? */
+static int reads_alone(const stein_model *m, int channel)
+{
+    const stein_channel *own = &m->channels[channel];
+    int alone = own->read >= STEIN_READ_X && own->read <= STEIN_READ_VZ, point = own->index;
+    for (int i = 0; alone && i < m->nchannel; i++) {
+        const stein_channel *c = &m->channels[i];
+        alone =
+            i == channel || c->read < STEIN_READ_X || c->read > STEIN_READ_VZ || c->index != point;
+    }
+    for (int i = 0; alone && i < m->ninput; i++) {
+        alone = m->inputs[i].kind != STEIN_INPUT_POINT || m->inputs[i].index != point;
+    }
+    for (int i = 0; alone && i < m->nlink; i++) {
+        alone = m->links[i].point[0] != point && m->links[i].point[1] != point;
+    }
+    return alone;
 }
 
 /* is an output, an input or a link at the point? else it is only a name, what touches has its own
@@ -177,6 +204,99 @@ static void fold_springs(const compass *k, double *way)
     }
 }
 
+/* all readings and accelerations in some postures, with parameters p. @param to [POSTURES][nchannel
+ * + nq] @return 0: they cannot be taken */
+static int postures(const compass *k, const double *p, double *to)
+{
+    stein_sim *sim = NULL;
+    stein_err why;
+    size_t nq = (size_t)k->m->nq, n = (size_t)k->m->nchannel + nq;
+    double *q = calloc(2 * nq + 1, sizeof *q);
+    int ok = q != NULL && lab_sim(k->model, NULL, &sim, &why) == STEIN_OK &&
+             stein_set_all(sim, p, &why) == STEIN_OK;
+    for (size_t i = 0; ok && i < POSTURES; i++) {
+        for (size_t j = 0; j < nq; j++) { // no two of them alike, none a multiple of another
+            q[j] = 0.9 * stein__sin(1.0 + 2.3 * (double)i + 1.7 * (double)j);
+            q[nq + j] = 1.1 * stein__sin(2.0 + 1.9 * (double)i + 2.9 * (double)j);
+        }
+        ok = stein_set_state(sim, 0.0, q, q + nq, &why) == STEIN_OK;
+        for (int c = 0; ok && c < k->m->nchannel; c++) {
+            to[i * n + (size_t)c] = stein_read(sim, c);
+        }
+        if (ok) {
+            memcpy(to + i * n + (size_t)k->m->nchannel, stein_qdd(sim), sizeof *to * nq);
+        }
+    }
+    stein_sim_destroy(sim);
+    free(q);
+    return ok;
+}
+
+/* Relative change of a channel's reading from one set of postures to the other; NAN: it is not the
+ * same in all of them, or something else changes as well. */
+static double gain_of(const compass *k, const double *plain, const double *moved, int channel)
+{
+    size_t n = (size_t)k->m->nchannel + (size_t)k->m->nq, at = (size_t)channel;
+    double most = 0.0, sum = 0.0, square = 0.0;
+    int only = 1;
+    for (size_t i = 0; i < POSTURES * n; i++) {
+        if (i % n == at) {
+            sum += plain[i] * (moved[i] - plain[i]);
+            square += plain[i] * plain[i];
+        } else {
+            only &= moved[i] == plain[i] || (isnan(moved[i]) && isnan(plain[i]));
+        }
+    }
+    double gain = only && square > 0.0 ? sum / square : (double)NAN;
+    for (size_t i = at; i < POSTURES * n; i += n) {
+        most = fmax(most, fabs(moved[i] - (1.0 + gain) * plain[i]));
+    }
+    return most <= alike * fabs(gain) * sqrt(square) ? gain : (double)NAN;
+}
+
+/* does a way move a side of a contact? */
+static int moves_side(const compass *k, const double *way)
+{
+    int moves = k->m->nnotch > 0; // no place of a notch is a reading alone
+    for (int i = 0; i < 2 * k->m->nspot; i++) {
+        const double *side = way + k->m->spots[i / 2].side[i % 2].d;
+        for (int n = 0; n < STEIN_SHAPE_SIZE && side + n < way + k->m->nd; n++) {
+            moves |= side[n] != 0.0;
+        }
+    }
+    return moves;
+}
+
+/* a tracked point whose only reading changes in proportion: the way of that channel's gain, of the
+ * candidates kept so far. @return 0: out of memory */
+static int fold_reading(compass *k, const lab_candidate *c, const lab_candidate *kept, int nkept,
+                        double *way)
+{
+    size_t n = (size_t)k->m->nchannel + (size_t)k->m->nq;
+    double *plain = NULL;
+    for (int g = 0; g < nkept && c->effect->site == LAB_AT_PARAMETER; g++) {
+        if (strcmp(kept[g].effect->kind, "sensor_gain") != 0 ||
+            !reads_alone(k->m, kept[g].channel) || moves_side(k, way)) {
+            continue;
+        }
+        plain = malloc(sizeof *plain * 2 * POSTURES * n);
+        if (plain == NULL) {
+            return 0;
+        }
+        memcpy(k->p, k->base, sizeof *k->p * (size_t)k->m->np);
+        int ok = postures(k, k->p, plain);
+        lab_candidate_apply(c, c->limit, k->p);
+        ok = ok && postures(k, k->p, plain + POSTURES * n);
+        double by =
+            ok ? gain_of(k, plain, plain + POSTURES * n, kept[g].channel) / c->limit : (double)NAN;
+        for (int i = 0; isfinite(by) && by != 0.0 && i < k->m->nd; i++) {
+            way[i] = by * k->way[(size_t)g * (size_t)k->m->nd + (size_t)i];
+        }
+        free(plain);
+    }
+    return 1;
+}
+
 static void find_way(compass *k, const lab_candidate *c, double *way)
 {
     size_t size = sizeof *k->p * (size_t)k->m->np;
@@ -240,7 +360,7 @@ stein_status lab__aliases(lab_candidate *list, int *n, const lab_model *model, s
 {
     const stein_model *m = lab_equations(model);
     size_t np = (size_t)m->np, nd = (size_t)m->nd;
-    compass k = {.m = m, .base = lab_parameters(model)};
+    compass k = {.model = model, .m = m, .base = lab_parameters(model)};
     k.p = malloc(sizeof *k.p * (np + 2 * nd + (size_t)*n * nd + 1));
     k.touching = malloc(sizeof *k.touching * (size_t)(m->ncontact + m->nnotch + 1));
     stein_status status = k.p != NULL && k.touching != NULL ? lab__touchings(k.touching, model, err)
@@ -259,6 +379,11 @@ stein_status lab__aliases(lab_candidate *list, int *n, const lab_model *model, s
         memset(way, 0, sizeof *way * nd); // a part has no alias
         if (open) {
             find_way(&k, &c, way);
+            if (!fold_reading(&k, &c, list, kept, way)) {
+                free(k.p);
+                free(k.touching);
+                return lab__no_memory(err);
+            }
         }
         for (int j = 0; open && same < 0 && j < kept; j++) {
             same = parallel(k.way + (size_t)j * nd, way, m->nd) ? j : -1;

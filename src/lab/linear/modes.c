@@ -109,7 +109,7 @@ static lab_mode mode_of(gsl_complex value, double largest)
                 : re < 0.0                ? LAB_DECAYS
                                           : LAB_GROWS;
     mode.frequency = mode.kind == LAB_OSCILLATES ? size / two_pi : 0.0;
-    mode.damping = size > 0.0 && mode.kind != LAB_NEUTRAL ? -re / size : 0.0;
+    mode.damping = size > 0.0 && mode.kind != LAB_NEUTRAL ? 0.0 - re / size : 0.0;
     return mode;
 }
 

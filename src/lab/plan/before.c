@@ -213,7 +213,7 @@ static stein_status linearise(view *v, diag__problem *q, stein_err *err)
         status = diag__linearise(q, row, 0.0, row->p.nstroke, &l, err);
     }
     status = status == STEIN_OK ? take_columns(v, q, &l, err) : status;
-    status = status == STEIN_OK ? diag__conditions(&q->null, &v->conditions, err) : status;
+    status = status == STEIN_OK ? diag__conditions(&q->null, NULL, &v->conditions, err) : status;
     diag__linear_free(&l);
     diag__table_free(&t);
     return status;

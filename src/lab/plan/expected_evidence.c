@@ -39,6 +39,7 @@
 
 #include "functions.h"
 #include "planning.h"
+#include "verdict.h"
 
 enum { DIFFERENCES = 2 }; /* columns of a pair: of either truth */
 enum { DRAWS = 400, DRAWS_MANY = 200, MANY = 8 };
@@ -49,7 +50,8 @@ static const double jitter = 1e-10;
 /* the one of b that is number k of a; -1: a number of the effect, or b has none */
 static int same_number(const plan__prediction *a, int k, const plan__prediction *b)
 {
-    for (int i = 0; fit__find_number(a->name[k]) < 0 && i < b->np; i++) {
+    int place, index;
+    for (int i = 0; !diag__find_number(a->name[k], &place, &index) && i < b->np; i++) {
         if (strcmp(a->name[k], b->name[i]) == 0) {
             return i;
         }

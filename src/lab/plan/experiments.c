@@ -36,6 +36,8 @@
 enum { FASTER = 10 };
 static const char fast_camera[] = "a camera ten times as fast";
 static const double farther = 0.3;                    /* of a range */
+static const double one_value = 0.1;                  /* range over size, of one value */
+static const double still = 0.05;                     /* of a joint's largest speed: at rest */
 static const double more_mass = 0.5, much_mass = 1.5; /* of a body's */
 static const double least_travel = 1e-4;              /* of a joint that moves [rad or m] */
 static const double nearly_all = 0.9;                 /* of a travel */
@@ -109,11 +111,29 @@ static void add_setting(list *l, const lab_used *u, double value, const char *wh
     }
 }
 
+/* Was it set on purpose to several values? What differs less was meant to be one. */
+static int is_range(const lab_used *u)
+{
+    return u->hi - u->lo > one_value * fmax(fabs(u->lo), fabs(u->hi));
+}
+
+/* Is it the speed of a joint that was let go at rest, as far as an estimate shows it? */
+static int is_rest(const plan__reference *b, const lab_used *u)
+{
+    int rest = 0;
+    for (int j = 0; j < b->m->nq; j++) {
+        char name[2 * LAB_PLACE];
+        snprintf(name, sizeof name, "%.100s.initial.speed", b->m->bodies[j].name);
+        rest |= strcmp(name, u->name) == 0 && fmax(fabs(u->lo), fabs(u->hi)) < still * b->fast[j];
+    }
+    return rest;
+}
+
 /* a number with known values so far */
 static void vary(list *l, const lab_used *u)
 {
     double range = u->hi - u->lo;
-    if (range > 0.0) {
+    if (is_range(u)) {
         add_setting(l, u, u->lo, "the low end of the settings so far");
         add_setting(l, u, u->hi, "the high end of the settings so far");
         double below = plan__rounded(u->lo - farther * range),
@@ -143,7 +163,7 @@ static void corners(list *l)
     char text[2][DATA_SHOWN];
     int n = 0;
     for (int i = 0; i < c->nsetting && n < 2; i++) {
-        if (c->setting[i].hi > c->setting[i].lo) {
+        if (is_range(&c->setting[i]) && !is_rest(l->b, &c->setting[i])) {
             u[n++] = &c->setting[i];
         }
     }
@@ -318,37 +338,47 @@ static int concerns(const plan__model *side, int nside, const char *thing)
 {
     size_t n = strlen(thing);
     for (int i = 0; i < nside; i++) {
-        const char *place = side[i].candidate.place;
-        if (strncmp(place, thing, n) == 0 && (place[n] == '\0' || place[n] == '.')) {
-            return 1;
+        for (int c = 0; c < side[i].n; c++) {
+            const char *place = side[i].candidate[c].place;
+            if (strncmp(place, thing, n) == 0 && (place[n] == '\0' || place[n] == '.')) {
+                return 1;
+            }
         }
     }
     return 0;
 }
 
-/* the amount of a part that comes off, 0 then; NULL: the side supposes none */
-static const char *comes_off(const plan__model *side, const char **unit)
+/* a part that a side supposes on a body, and that comes off */
+typedef struct part {
+    const lab_candidate *of;
+    const char *amount, *unit; /* 0 then */
+} part;
+
+enum { PARTS = (1 + LAB_PLAN_RIVALS) * FIT__ACCEPTED };
+
+/* the part of candidate c of a side; amount NULL: it is none */
+static part comes_off(const plan__model *side, int which)
 {
-    const lab_candidate *c = &side->candidate;
+    const lab_candidate *c = &side->candidate[which];
     const stein_model *m = lab_equations(side->model);
-    const char *amount = c->nparam > 0 ? m->params[c->param[0]].name : "";
-    *unit = lab__comes_off(m, amount);
-    return *unit != NULL ? amount : NULL;
+    const char *unit, *amount = c->nparam > 0 ? m->params[c->param[0]].name : "";
+    unit = lab__comes_off(m, amount);
+    return (part){c, unit != NULL ? amount : NULL, unit};
 }
 
 /* A part that some sides assume on a body is taken off, or found to be absent: the stroke is
  * then the same again. */
-static void take_off(list *l, const plan__model *side, const int *which, int n)
+static void take_off(list *l, const part *which, int n)
 {
     lab_experiment *e =
         add(l, "nothing of that kind may touch it; what is there is taken off", "%s", "");
     for (int i = 0; e != NULL && i < n; i++) {
-        const lab_candidate *c = &side[which[i]].candidate;
-        const char *unit, *amount = comes_off(&side[which[i]], &unit);
+        const lab_candidate *c = which[i].of;
         char name[LAB_PLAN_TEXT];
-        snprintf(name, sizeof name, "%s without %s: %s = 0", c->place, c->effect->kind, amount);
+        snprintf(name, sizeof name, "%s without %s: %s = 0", c->place, c->effect->kind,
+                 which[i].amount);
         append(e->name, i > 0 ? ", " : "", name);
-        if (!plan__set(e, amount, unit, 0.0)) {
+        if (!plan__set(e, which[i].amount, which[i].unit, 0.0)) {
             l->n--; // it would be there still
             return;
         }
@@ -359,16 +389,22 @@ static void take_off(list *l, const plan__model *side, const int *which, int n)
  * rivals, the rest without both is the spring */
 static void without_part(list *l, const plan__model *side, int nside)
 {
-    int which[1 + LAB_PLAN_RIVALS], n = 0;
+    part which[PARTS];
+    int n = 0;
     for (int i = 0; i < nside; i++) {
-        const char *unit;
-        if (comes_off(&side[i], &unit) != NULL) {
-            which[n++] = i;
-            take_off(l, side, &which[n - 1], 1);
+        for (int c = 0; c < side[i].n; c++) {
+            which[n] = comes_off(&side[i], c);
+            int is_new = which[n].amount != NULL;
+            for (int k = 0; is_new && k < n; k++) {
+                is_new = strcmp(which[k].amount, which[n].amount) != 0;
+            }
+            if (is_new) {
+                take_off(l, &which[n++], 1);
+            }
         }
     }
     if (n > 1) {
-        take_off(l, side, which, n);
+        take_off(l, which, n);
     }
 }
 
@@ -402,10 +438,11 @@ static void without_string(list *l, const plan__model *side, int nside)
 /* does an effect on trial move that parameter? */
 static int moves(const plan__model *side, int nside, const char *name)
 {
-    for (int i = 0; i < nside; i++) {
-        const lab_candidate *c = &side[i].candidate;
-        const stein_model *m = lab_equations(side[i].model);
-        for (int k = 0; k < c->nparam; k++) {
+    for (int i = 0; i < nside * FIT__ACCEPTED; i++) {
+        const plan__model *of = &side[i / FIT__ACCEPTED];
+        const lab_candidate *c = &of->candidate[i % FIT__ACCEPTED];
+        const stein_model *m = lab_equations(of->model);
+        for (int k = 0; i % FIT__ACCEPTED < of->n && k < c->nparam; k++) {
             if (strcmp(m->params[c->param[k]].name, name) == 0) {
                 return 1;
             }
@@ -564,7 +601,9 @@ stein_status plan__experiments(const plan__reference *b, const plan__model *side
     checks(&l, side, nside);
     instruments(&l); // first: those with the base's own motion
     for (int i = 0; i < c->nsetting; i++) {
-        vary(&l, &c->setting[i]);
+        if (!is_rest(b, &c->setting[i])) {
+            vary(&l, &c->setting[i]);
+        }
     }
     corners(&l);
     vary_others(&l);

@@ -198,12 +198,16 @@ int plan__checks(lab_check check[LAB_PLAN_CHECKS], const plan__reference *b,
                  const plan__model *side, int nside)
 {
     int n = 0;
-    for (int s = 0; s < nside; s++) {
-        const lab_candidate *c = &side[s].candidate;
+    for (int s = 0; s < nside * FIT__ACCEPTED; s++) {
+        const plan__model *of = &side[s / FIT__ACCEPTED];
+        const lab_candidate *c = &of->candidate[s % FIT__ACCEPTED];
+        if (s % FIT__ACCEPTED >= of->n) {
+            continue;
+        }
         lab_site site = c->effect->site;
         int thing = (site == LAB_AT_PARAMETER || site == LAB_AT_BODY) && c->effect->needs == NULL;
         for (int k = 0; k < c->nparam && n < LAB_PLAN_CHECKS; k++) {
-            const lab_model *model = side[s].model;
+            const lab_model *model = of->model;
             const stein_param *param = &lab_equations(model)->params[c->param[k]];
             int is_new = check_of(&check[n], b, model, param->name) ||
                          press_of(&check[n], b, model, param->name) ||
@@ -304,9 +308,13 @@ static double known(const plan__model *side, const char *name, double value, dou
     return value;
 }
 
-enum { AMOUNT, FILES, COLUMNS = FILES + LAB_CHECK_NUMBERS }; /* of P */
+/* columns of P: the amounts of a side, then numbers of the file */
+static int columns(const plan__model *side)
+{
+    return side->n + LAB_CHECK_NUMBERS;
+}
 
-/* The i-th reading of a side with its uncertain quantity k off by `by` standard deviations: its
+/* The i-th reading of a side with its uncertain quantity k off by `by` standard deviations: an
  * amount, or a number of the file that the fits move anyhow. @param p  [np] room */
 static double seen(const lab_check *c, const plan__model *side, int i, int k, double by, double *p)
 {
@@ -315,10 +323,10 @@ static double seen(const lab_check *c, const plan__model *side, int i, int k, do
     for (int n = 0; n < c->n; n++) {
         int param = stein_find_param(m, c->number[n].name);
         if (param >= 0) {
-            p[param] = known(side, c->number[n].name, p[param], k == FILES + n ? by : 0.0);
+            p[param] = known(side, c->number[n].name, p[param], k == side->n + n ? by : 0.0);
         }
     }
-    lab_candidate_apply(&side->candidate, known(side, "amount", 0.0, k == AMOUNT ? by : 0.0), p);
+    plan__model_apply(side, k, by, p);
     return reading(c, side, p, i);
 }
 
@@ -329,8 +337,8 @@ static void fill(plan__prediction *v, const plan__model *side, const lab_experim
         const lab_check *c = &e->check[n];
         for (int i = 0; i < readings(c); i++, row++) {
             double x = value_at(c, i);
-            v->y[row] = seen(c, side, i, AMOUNT, 0.0, p);
-            for (int k = 0; k < COLUMNS; k++) {
+            v->y[row] = seen(c, side, i, 0, 0.0, p);
+            for (int k = 0; k < columns(side); k++) {
                 double up = seen(c, side, i, k, 1.0, p), down = seen(c, side, i, k, -1.0, p);
                 v->P[k * v->rows + row] = 0.5 * (up - down);
             }
@@ -350,14 +358,14 @@ static void fill(plan__prediction *v, const plan__model *side, const lab_experim
 stein_status plan__check_prediction(plan__prediction *v, const plan__model *side,
                                     const lab_experiment *e, stein_err *err)
 {
-    *v = (plan__prediction){.noutput = 1, .np = COLUMNS, .nz = e->ncheck};
+    *v = (plan__prediction){.noutput = 1, .np = columns(side), .nz = e->ncheck};
     for (int k = 0; k < e->ncheck; k++) {
         v->rows += readings(&e->check[k]);
     }
     size_t rows = (size_t)v->rows, np = (size_t)lab_equations(side->model)->np;
     v->until = v->rows;
     v->y = calloc(rows, sizeof *v->y);
-    v->P = calloc(rows * COLUMNS, sizeof *v->P);
+    v->P = calloc(rows * (size_t)v->np, sizeof *v->P);
     v->Z = calloc(rows * (size_t)v->nz, sizeof *v->Z);
     double *p = malloc(sizeof *p * (np + 1));
     int memory = v->y != NULL && v->P != NULL && v->Z != NULL && p != NULL;

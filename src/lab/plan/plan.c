@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * plan.c - from rivals to the experiment that separates them.
  *
- * The cause and each rival predict every experiment (predict.c), and every pair of cause and rival
- * has its odds (expected_evidence.c). The value of an experiment is given by the rival that it
- * separates least from the cause: max-min.
+ * Several causes are one hypothesis, and so is a rival with the causes beside it. The cause and
+ * each rival predict every experiment (predict.c), and every pair of cause and rival has its odds
+ * (expected_evidence.c). The value of an experiment is given by the rival that it separates least
+ * from the cause: max-min.
  *
  *      worth = odds / ((4 + strokes) * beyond * left)
  *
@@ -270,21 +271,21 @@ static void make_twice(lab_plan *plan)
     }
 }
 
-/* the cause and the first rivals with known numbers */
+/* the causes and the first rivals with known numbers, each with those beside it */
 static stein_status open_sides(planner *p, lab_plan *plan, const char *file, const lab_model *model,
                                stein_err *err)
 {
     const lab_diagnosis *d = p->d;
-    if (d->ncause < 1 || d->nrival < 1 || d->suspect[0].posterior.n < 1) {
-        return lab__fail(
-            err, STEIN_EINVAL,
-            "the diagnosis (%s) has no cause with rivals: there is nothing to separate",
-            lab_verdict_text(d->verdict));
+    if (d->ncause > 0 && d->nrival > 0 && d->suspect[0].posterior.n < 1) {
+        return lab__fail(err, STEIN_EINVAL,
+                         "the diagnosis (%s) does not have the numbers of its cause and their "
+                         "uncertainty (\"posterior\"): diagnose again",
+                         lab_verdict_text(d->verdict));
     }
     stein_status status = STEIN_OK;
     for (int i = 0; status == STEIN_OK && i < d->ncause + d->nrival; i++) {
         if (i > 0 && (i < d->ncause || d->suspect[i].posterior.n < 1)) {
-            continue; // with several causes the first one and its rivals
+            continue; // the first cause has the numbers of all, a rival those of its hypothesis
         }
         if (p->nside > p->def->rivals) {
             plan->left_out++;
@@ -328,6 +329,10 @@ stein_status lab_plan_make(lab_plan **out, const char *file, const lab_model *mo
     plan->wanted = p.def->wanted;
     plan->most = MOST;
     stein_status status = check(p.def, lab_equations(model), err);
+    if (status == STEIN_OK && (d->ncause < 1 || d->nrival < 1)) {
+        *out = plan; // nothing to separate
+        return STEIN_OK;
+    }
     status = status == STEIN_OK ? open_sides(&p, plan, file, model, err) : status;
     if (status == STEIN_OK) {
         status =

@@ -24,16 +24,21 @@
 #include "fitting.h"
 #include "stein/plan.h"
 
-/** The cause or a rival, ready to be simulated. */
+/** The hypothesis of the cause or of a rival, ready to be simulated. */
 typedef struct plan__model {
     const lab_suspect *s;
-    lab_candidate candidate; /* bound to the model, its second number as fitted */
+    lab_candidate candidate[FIT__ACCEPTED]; /* bound to the model, second numbers as fitted: that of
+                                               s, then those beside it */
+    int n;
     const lab_model *model;
-    lab_model *own; /* mechanism with its part; NULL: the file's */
+    lab_model *own; /* mechanism with its parts; NULL: the file's */
 } plan__model;
 stein_status plan__model_open(plan__model *side, const lab_suspect *s, const char *file,
                               const lab_model *model, const lab_options *options, stein_err *err);
 void plan__model_close(plan__model *side);
+/** Its parameters with all its candidates at their amounts, of which that of candidate `which` is
+ *  `by` standard deviations off (-1: none is). @param p  [np] those without them; in, out */
+void plan__model_apply(const plan__model *side, int which, double by, double *p);
 
 /** A channel that could be measured. */
 typedef struct plan__output {

@@ -15,6 +15,7 @@
 #include "functions.h"
 #include "planning.h"
 #include "added_parts.h"
+#include "verdict.h"
 
 enum { MOST_ROWS = 4000 };
 static const double offset_prior = 1e-3;   /* [m] as in a diagnosis */
@@ -42,21 +43,41 @@ double lab_shape_at(lab_shape shape, double time, double t)
 stein_status plan__model_open(plan__model *side, const lab_suspect *s, const char *file,
                               const lab_model *model, const lab_options *options, stein_err *err)
 {
-    *side = (plan__model){.s = s, .candidate = s->candidate, .model = model};
-    stein_status status = STEIN_OK;
-    if (s->candidate.effect->needs != NULL) {
-        status = lab_candidate_open(&side->candidate, &side->own, file, options, err);
-        side->model = status == STEIN_OK ? side->own : model;
-    } else {
-        status = lab_candidate_bind(&side->candidate, model, err);
+    const lab_posterior *q = &s->posterior;
+    *side = (plan__model){.s = s, .candidate = {s->candidate}, .n = 1, .model = model};
+    int parts = s->candidate.effect->needs != NULL;
+    for (int i = 0; i < q->nbeside && side->n < FIT__ACCEPTED; i++) {
+        parts |= q->beside[i].effect->needs != NULL;
+        side->candidate[side->n++] = q->beside[i];
     }
-    for (int i = 0; i < s->posterior.n; i++) {
-        int k = fit__find_number(s->posterior.number[i].name);
-        if (k > 0) {
-            side->candidate.side[k - 1].value = s->posterior.number[i].value;
+    stein_status status =
+        parts ? lab__open_with(&side->own, file, side->candidate, side->n, options, err) : STEIN_OK;
+    side->model = parts ? side->own : model;
+    for (int i = 0; status == STEIN_OK && i < side->n; i++) {
+        status = lab_candidate_bind(&side->candidate[i], side->model, err);
+    }
+    for (int i = 0; i < q->n; i++) {
+        int place, k;
+        if (diag__find_number(q->number[i].name, &place, &k) && k > 0 && place < side->n) {
+            side->candidate[place].side[k - 1].value = q->number[i].value;
         }
     }
     return status;
+}
+
+void plan__model_apply(const plan__model *side, int which, double by, double *p)
+{
+    const lab_posterior *q = &side->s->posterior;
+    for (int i = 0; i < q->n; i++) {
+        const struct lab_uncertain *u = &q->number[i];
+        int place, k;
+        if (!diag__find_number(u->name, &place, &k) || k > 0 || place >= side->n) {
+            continue;
+        }
+        double off = place == which ? by * u->sd : 0.0;
+        lab_candidate_apply(&side->candidate[place],
+                            u->logarithmic ? u->value * stein__exp_of(off) : u->value + off, p);
+    }
 }
 
 void plan__model_close(plan__model *side)
@@ -162,8 +183,12 @@ static int unknowns(const fit__problem *p, const lab_posterior *q, int *of)
     int found = 0;
     for (int k = 0; k < p->np; k++) {
         const fit__unknown *u = &p->unknown[k];
-        const char *name =
-            u->kind == FIT__PARAM ? m->params[u->index].name : fit__number_name[1 + u->index];
+        char name[LAB_PLACE];
+        if (u->kind == FIT__PARAM) {
+            snprintf(name, sizeof name, "%s", m->params[u->index].name);
+        } else {
+            diag__number_name(name, (k - p->first_accepted) / FIT__NUMBERS, 1 + u->index);
+        }
         of[k] = -1;
         for (int i = 0; !u->idle && i < q->n; i++) {
             of[k] = strcmp(q->number[i].name, name) == 0 ? i : of[k];
@@ -374,7 +399,6 @@ static stein_status run(plan__prediction *v, plan__reference *b, const plan__mod
     double *J = NULL;
     p->tolerance = tolerance;
     p->central = !b->def->quick;
-    fit__problem_try(p, &side->candidate);
     s->x = malloc(sizeof *s->x * ((size_t)p->nu + 1));
     if (of == NULL || s->x == NULL) {
         free(of);
@@ -425,7 +449,8 @@ stein_status plan__predict(plan__prediction *v, plan__reference *b, const plan__
     lab_fit_def def = lab_fit_def_default();
     for (int i = 0; name != NULL && i < q->n; i++) {
         const char *n = q->number[i].name;
-        if (fit__find_number(n) < 0 && plan__set_of(e, n) == NULL) {
+        int place, k;
+        if (!diag__find_number(n, &place, &k) && plan__set_of(e, n) == NULL) {
             name[def.nfree++] = n;
         }
     }
@@ -437,7 +462,8 @@ stein_status plan__predict(plan__prediction *v, plan__reference *b, const plan__
     def.ctx = b->def->ctx;
     if (status == STEIN_OK) {
         fit__problem *p = &v->stage->p;
-        status = fit__problem_make_open(p, side->model, &v->stage->stroke.set, &def, err);
+        status = fit__problem_make_with(p, side->model, &v->stage->stroke.set, &def,
+                                        side->candidate, side->n, err);
         status = status == STEIN_OK ? run(v, b, side, only_y, err) : status;
     }
     free(name);

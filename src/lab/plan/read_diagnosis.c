@@ -13,6 +13,7 @@
 #include <yaml.h>
 
 #include "planning.h"
+#include "verdict.h"
 
 enum { LARGEST = 1 << 27, NUMBERS = 1000, SUSPECTS = 1000 };
 
@@ -256,7 +257,8 @@ static void take_posterior(reader *r, yaml_node_t *of, lab_posterior *q)
         u->logarithmic = truth_of(r, e, "logarithmic");
         u->value = number_of(r, e, "value");
         u->sd = number_of(r, e, "sd");
-        if (r->status == STEIN_OK && fit__find_number(u->name) < 0 &&
+        int place, index;
+        if (r->status == STEIN_OK && !diag__find_number(u->name, &place, &index) &&
             stein_find_param(r->m, u->name) < 0) {
             bad(r, e, "\"%s\" is not a parameter of \"%s\": a diagnosis of another mechanism?",
                 u->name, r->m->name);
@@ -271,14 +273,14 @@ static void take_posterior(reader *r, yaml_node_t *of, lab_posterior *q)
     }
 }
 
-static void take_suspect(reader *r, yaml_node_t *e, lab_suspect *s)
+/* the candidate of the mechanism with its kind, place and limit */
+static void take_candidate(reader *r, yaml_node_t *e, lab_candidate *to)
 {
     const char *kind = text_of(r, e, "kind"), *place = text_of(r, e, "place");
-    *s = (lab_suspect){.score = NAN, .gain = NAN, .held_out = NAN, .chi2_dof = NAN, .refitted = 1};
     for (int i = 0; r->status == STEIN_OK && i < r->ncandidate; i++) {
         const lab_candidate *c = &r->candidate[i];
         if (strcmp(c->effect->kind, kind) == 0 && strcmp(c->place, place) == 0) {
-            s->candidate = *c;
+            *to = *c;
         }
     }
     int parted = strcmp(kind, "changed_after") == 0 || strcmp(kind, "wrong_setting") == 0;
@@ -288,17 +290,41 @@ static void take_suspect(reader *r, yaml_node_t *e, lab_suspect *s)
             "diagnose again",
             kind, place);
     }
-    if (r->status == STEIN_OK && s->candidate.effect == NULL) {
+    if (r->status == STEIN_OK && to->effect == NULL) {
         bad(r, e, "there is no %.40s at \"%.60s\" in \"%s\": a diagnosis of another mechanism?",
             kind, place, r->m->name);
     }
     if (find(r, e, "limit") != NULL) { // of the records, which may not move as the file's own run
-        s->candidate.limit = number_of(r, e, "limit");
-        if (r->status == STEIN_OK && !(s->candidate.limit > 0.0)) {
+        to->limit = number_of(r, e, "limit");
+        if (r->status == STEIN_OK && !(to->limit > 0.0)) {
             bad(r, e, "\"limit\": expected more than 0");
         }
     }
+}
+
+/* the candidates beside one, which act in the same fit; an earlier version wrote none */
+static void take_beside(reader *r, yaml_node_t *of, lab_posterior *q)
+{
+    int n = 0;
+    yaml_node_t *list =
+        find(r, of, "beside") != NULL ? list_of(r, of, "beside", FIT__ACCEPTED - 1, &n) : NULL;
+    q->beside = calloc((size_t)n + 1, sizeof *q->beside);
+    if (q->beside == NULL) {
+        no_memory(r);
+        return;
+    }
+    for (int i = 0; r->status == STEIN_OK && i < n; i++) {
+        q->nbeside = i + 1;
+        take_candidate(r, entry(r, list, i), &q->beside[i]);
+    }
+}
+
+static void take_suspect(reader *r, yaml_node_t *e, lab_suspect *s)
+{
+    *s = (lab_suspect){.score = NAN, .gain = NAN, .held_out = NAN, .chi2_dof = NAN, .refitted = 1};
+    take_candidate(r, e, &s->candidate);
     take_posterior(r, e, &s->posterior);
+    take_beside(r, e, &s->posterior);
     for (int i = 0; i < s->posterior.n; i++) {
         if (strcmp(s->posterior.number[i].name, "amount") == 0) {
             s->amount = s->posterior.number[i].value;

@@ -72,9 +72,11 @@ static void middle(plan__reference *b)
     *e = (lab_experiment){.faster = 1, .feasible = 1, .name = "the same again"};
     snprintf(e->why, sizeof e->why, "a record like those so far, to compare with");
     for (int i = 0; i < c->nsetting; i++) {
-        double value = c->setting[i].lo < c->setting[i].hi
-                           ? plan__rounded(0.5 * (c->setting[i].lo + c->setting[i].hi))
-                           : c->setting[i].lo;
+        double lo = c->setting[i].lo, hi = c->setting[i].hi;
+        int both = lo < 0.0 && hi > 0.0 && strstr(c->setting[i].name, ".initial.") != NULL;
+        double value = both      ? plan__rounded(-lo > hi ? lo : hi) // between them lies rest
+                       : lo < hi ? plan__rounded(0.5 * (lo + hi))
+                                 : lo;
         plan__set(e, c->setting[i].name, c->setting[i].unit, value);
     }
     int k = c->ninput > 0 ? stein_find_input(b->m, c->input[0].name) : -1;
@@ -107,14 +109,12 @@ static void parameters(const plan__model *side, const lab_experiment *e, int wit
 {
     const stein_model *m = lab_equations(side->model);
     const lab_posterior *q = &side->s->posterior;
-    double amount = 0.0;
     memcpy(p, lab_parameters(side->model), sizeof *p * (size_t)m->np);
     for (int i = 0; i < q->n; i++) {
         int k = stein_find_param(m, q->number[i].name);
         if (k >= 0) {
             p[k] = q->number[i].value;
         }
-        amount = strcmp(q->number[i].name, "amount") == 0 ? q->number[i].value : amount;
     }
     for (int i = 0; with_effect && i < e->nset; i++) {
         int k = stein_find_param(m, e->set[i].name);
@@ -123,7 +123,7 @@ static void parameters(const plan__model *side, const lab_experiment *e, int wit
         }
     }
     if (with_effect) {
-        lab_candidate_apply(&side->candidate, amount, p);
+        plan__model_apply(side, -1, 0.0, p);
     }
 }
 

@@ -23,8 +23,12 @@ static void write_head(FILE *f, const lab_experiment *e, const plan__reference *
                     lab__number(number, b->output[c].noise));
         }
     }
-    fprintf(f, "# prediction: %s at %s, without noise\n# experiment: %s\n",
-            side->candidate.effect->kind, side->candidate.place, e->name);
+    fprintf(f, "# prediction: ");
+    for (int i = 0; i < side->n; i++) {
+        fprintf(f, "%s%s at %s", i > 0 ? " and " : "", side->candidate[i].effect->kind,
+                side->candidate[i].place);
+    }
+    fprintf(f, ", without noise\n# experiment: %s\n", e->name);
     fprintf(f, "time [s]");
     int input = stein_find_input(b->m, e->input);
     if (input >= 0) {
@@ -103,6 +107,20 @@ static void write_suspect(lab__json *j, const char *key, const lab_candidate *c)
     lab__json_open(j, key, '{');
     lab__json_text(j, "kind", c->effect->kind);
     lab__json_text(j, "place", c->place);
+    lab__json_close(j);
+}
+
+/* a cause or rival, and what acts beside it */
+static void write_hypothesis(lab__json *j, const char *key, const lab_suspect *s)
+{
+    lab__json_open(j, key, '{');
+    lab__json_text(j, "kind", s->candidate.effect->kind);
+    lab__json_text(j, "place", s->candidate.place);
+    lab__json_open(j, "beside", '[');
+    for (int i = 0; i < s->posterior.nbeside; i++) {
+        write_suspect(j, NULL, &s->posterior.beside[i]);
+    }
+    lab__json_close(j);
     lab__json_close(j);
 }
 
@@ -185,11 +203,15 @@ stein_status lab_plan_json(const char *path, const lab_plan *p, const lab_diagno
     }
     lab__json j = {.stream = file.stream};
     lab__json_open(&j, NULL, '{');
-    write_suspect(&j, "cause", &d->suspect[0].candidate);
+    if (d->ncause > 0) {
+        write_hypothesis(&j, "cause", &d->suspect[0]);
+    } else {
+        lab__json_null(&j, "cause");
+    }
     lab__json_open(&j, "rivals", '[');
     for (int i = d->ncause, n = 0; n < p->nrival && i < d->ncause + d->nrival; i++) {
         if (d->suspect[i].posterior.n > 0) {
-            write_suspect(&j, NULL, &d->suspect[i].candidate);
+            write_hypothesis(&j, NULL, &d->suspect[i]);
             n++;
         }
     }

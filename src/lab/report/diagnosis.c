@@ -22,6 +22,25 @@ const char *diag__verdict_words(lab_verdict verdict)
     return words[verdict];
 }
 
+const char *diag__record_word(const lab_diagnosis *d)
+{
+    return d->in_pieces ? "piece" : "record";
+}
+
+const char *diag__counts(char to[DIAG_COUNTS], const lab_diagnosis *d)
+{
+    const char *s = d->nfit == 1 ? "" : "s";
+    if (d->slip[0] != '\0') {
+        snprintf(to, DIAG_COUNTS, "nothing was fitted");
+    } else if (d->in_pieces) {
+        snprintf(to, DIAG_COUNTS, "%d piece%s of %d record%s fitted, %d held out", d->nfit, s,
+                 d->nfile, d->nfile == 1 ? "" : "s", d->nheld);
+    } else {
+        snprintf(to, DIAG_COUNTS, "%d record%s fitted, %d held out", d->nfit, s, d->nheld);
+    }
+    return to;
+}
+
 stein_status diag__show(lab_diagnosis *d, const fit__problem *p, const double *x, const double *r,
                         const double *J, const char *const *phase, const double *time,
                         stein_err *err)

@@ -11,7 +11,8 @@ static const struct {
 } groups[] = {{LAB_PRESENT, "present", "named by the verdict"},
               {LAB_WEAK, "plausible but weak",
                "some evidence for it, or a plausible amount is within the uncertainty"},
-              {LAB_ABSENT, "absent", "its plausible limit would have been named with 95&nbsp;%"},
+              {LAB_ABSENT, "absent",
+               "one as large as is plausible would have been named, with 95&nbsp;% probability"},
               {LAB_NOT_TESTABLE, "not testable with these data",
                "no effect above the noise that other unknowns do not have as well"}};
 enum { GROUPS = sizeof groups / sizeof *groups };
@@ -72,7 +73,7 @@ static void group(FILE *f, const lab_diagnosis *d, int k)
             "seen\">\n<tr><td></td>",
             n, groups[k].title, groups[k].what);
     fputs("<th>estimate, 95&nbsp;%</th><th>would be named from</th><th>95&nbsp;% upper limit</th>"
-          "<th>of the plausible limit</th><td></td></tr>\n",
+          "<th>as a share of the largest plausible size</th><td></td></tr>\n",
           f);
     for (int i = 0; i < d->nsuspect; i++) {
         if (d->suspect[i].power.presence == groups[k].presence) {

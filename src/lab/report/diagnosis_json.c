@@ -98,6 +98,15 @@ static void write_odd_records(lab__json *j, const lab_diagnosis *d)
  * one was fitted */
 static void write_posterior(lab__json *j, const lab_posterior *p)
 {
+    lab__json_open(j, "beside", '[');
+    for (int i = 0; i < p->nbeside; i++) {
+        lab__json_open(j, NULL, '{');
+        lab__json_text(j, "kind", p->beside[i].effect->kind);
+        lab__json_text(j, "place", p->beside[i].place);
+        lab__json_real(j, "limit", p->beside[i].limit);
+        lab__json_close(j);
+    }
+    lab__json_close(j);
     lab__json_open(j, "posterior", '[');
     for (int i = 0; i < p->n; i++) {
         lab__json_open(j, NULL, '{');

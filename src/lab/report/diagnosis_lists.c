@@ -20,10 +20,12 @@ static int phase_used(const lab_diagnosis *d, int phase)
     return 0;
 }
 
+const double page__least_z = 2.0; /* of a cell with a colour */
+
 /* colour of a cell, 0 .. 5 */
 static int heat(double z)
 {
-    return !(z >= 2.0) ? 0 : z < 3.0 ? 1 : z < 4.0 ? 2 : z < 6.0 ? 3 : z < 10.0 ? 4 : 5;
+    return !(z >= page__least_z) ? 0 : z < 3.0 ? 1 : z < 4.0 ? 2 : z < 6.0 ? 3 : z < 10.0 ? 4 : 5;
 }
 
 /* a normal deviate, to a tenth */
@@ -114,7 +116,9 @@ void page__map(FILE *f, const lab_diagnosis *d)
         f);
     for (int k = 0; k < DIAG_PHASES; k++) {
         if (phase_used(d, k)) {
-            fprintf(f, "<th scope=\"col\">%s</th>", diag__phase[k]);
+            int turns = strcmp(diag__phase[k], "rest") == 0 && phase_used(d, DIAG_PHASES - 1);
+            fprintf(f, "<th scope=\"col\">%s</th>",
+                    turns ? "rest or turning point" : diag__phase[k]);
         }
     }
     fputs("</tr>\n", f);
@@ -290,11 +294,17 @@ void page__gains(FILE *f, const lab_diagnosis *d)
     if (d->ngain == 0) {
         return;
     }
-    fprintf(f,
-            "<section id=\"gain\"><h2>The gain on records held out</h2>\n<p>Error on %d record%s "
-            "that took no part in the fit. Left of the line is better; the bar is the 95&nbsp;%% "
-            "interval of after over before, from one eighth to twice.</p>\n%s",
-            d->nheld, d->nheld == 1 ? "" : "s", gain_head);
+    fprintf(
+        f,
+        "<section id=\"gain\"><h2>The gain on records held out</h2>\n<p>Error on %d %s%s "
+        "that took no part in the fit%s. The bar is the 95&nbsp;%% interval of the error after, "
+        "as a share of that before, from one eighth to twice; left of the line is better."
+        "</p>\n%s",
+        d->nheld, diag__record_word(d), d->nheld == 1 ? "" : "s",
+        !d->in_pieces   ? ""
+        : d->nfile == 1 ? "; the record itself did"
+                        : "; the same records did, in other pieces",
+        gain_head);
     gain_row(f, &d->gain, "1");
     gain_rows(f, d, 0);
     fputs("</table></div>\n", f);

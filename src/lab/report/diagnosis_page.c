@@ -85,7 +85,9 @@ static const char *const style[] = {
     ".heat{border-radius:4px;background:var(--phase);min-width:5.2em}.heat.none{background:none}"
     ".h1{background:var(--h1)}.h2{background:var(--h2)}.h3{background:var(--h3)}.h4{background:"
     "var(--h4)}.h5{background:var(--h5);color:var(--hot)}\n",
-    ".bar{width:34%;min-width:110px}.bar svg{display:block;width:100%;height:15px}\n"
+    ".bar{width:34%;min-width:110px}.suspects .bar{width:16%}"
+    "@media(min-width:601px){.suspects td:last-child{min-width:17rem}.suspects td:nth-child(4){"
+    "white-space:normal}}.bar svg{display:block;width:100%;height:15px}\n"
     ".full{fill:var(--dot)}.predicted{fill:var(--grid)}.cause .full{fill:var(--cause)}.rival "
     ".full{fill:var(--cause);opacity:.5}.gains .full{fill:var(--blue)}.span{fill:var(--area)}.one{"
     "stroke:var(--dot);vector-effect:non-scaling-stroke}\n"
@@ -112,7 +114,7 @@ static const char *const style[] = {
     "noise '}.check td:nth-child(7)::before{content:'mean before '}.check "
     "td:nth-child(8)::before{content:'mean after '}.check "
     "td:nth-child(9)::before{content:'\xc2\xb1 '}.seen td:nth-child(5)::before{content:'of the "
-    "plausible limit '}}\n"
+    "largest plausible size '}}\n"
     "@media print{body{background:#fff}figure,table,.card{break-inside:avoid}}\n"};
 
 /* ---- the page ---- */

@@ -89,6 +89,8 @@ void page__seen(FILE *f, const lab_diagnosis *d);
 
 /* ---- diagnosis_lists.c ---- */
 
+/** Significance from which on a cell of the map has a colour. */
+extern const double page__least_z;
 void page__map(FILE *f, const lab_diagnosis *d);
 void page__suspects(FILE *f, const lab_diagnosis *d);
 void page__gains(FILE *f, const lab_diagnosis *d);

@@ -394,15 +394,35 @@ static void one_force(FILE *f, const lab_diagnosis *d, const lab_latent *l)
     free(lo);
 }
 
+/* does the missing force differ from zero anywhere, as the map has it? */
+static int force_shows(const lab_diagnosis *d)
+{
+    int yes = 0;
+    for (int i = 0; i < d->ndeparture; i++) {
+        yes |= d->departure[i].is_force && d->departure[i].z >= page__least_z;
+    }
+    return yes;
+}
+
 void page__forces(FILE *f, const lab_diagnosis *d)
 {
     if (d->nlatent == 0) {
         return;
     }
-    fputs("<section id=\"forces\"><h2>The force that the model lacks</h2>\n<p>On every joint, from "
-          "the model before anything was added: the force that would make it agree with the "
-          "measurement, with twice its standard deviation. Where the band holds zero, nothing is "
-          "missing that these channels could show.</p>\n<div class=\"plots\">\n",
+    fputs("<section id=\"forces\"><h2>The force that the model lacks</h2>\n", f);
+    if (!force_shows(d)) {
+        fprintf(f,
+                "<p>At no joint and in no phase is the mean of the missing force %.0f standard "
+                "deviations from zero, so its course over time is not drawn: it would show noise. "
+                "The fits above use whole records and find effects that are far smaller.</p>\n"
+                "</section>\n",
+                page__least_z);
+        return;
+    }
+    fputs("<p>On every joint, from the model before anything was added: the force that would make "
+          "it agree with the measurement, with twice its standard deviation. Where the band holds "
+          "zero, the force there is smaller than these channels show sample by sample.</p>\n"
+          "<div class=\"plots\">\n",
           f);
     for (int k = 0; k < d->nlatent; k++) {
         if (k == FORCES) {

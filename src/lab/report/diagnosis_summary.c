@@ -19,11 +19,31 @@ static int has_law(const lab_diagnosis *d)
 
 /* ---- the first screen ---- */
 
-static void causes(FILE *f, const lab_diagnosis *d)
+/* the verdict that a cause would have alone */
+static lab_verdict verdict_of(const lab_suspect *s)
 {
+    const lab_effect *e = s->candidate.effect;
+    for (int v = LAB_VERDICT_WRONG_PARAMETER; e != NULL && v <= LAB_VERDICT_MISSING_EFFECT; v++) {
+        if (strcmp(e->cls, lab_verdict_text((lab_verdict)v)) == 0) {
+            return (lab_verdict)v;
+        }
+    }
+    return LAB_VERDICT_MISSING_EFFECT;
+}
+
+/* the causes of one kind of verdict, where they are `mixed`; else all */
+static void causes_of(FILE *f, const lab_diagnosis *d, lab_verdict v, int mixed)
+{
+    int n = 0, k = 0;
     for (int i = 0; i < d->ncause && i < d->nsuspect; i++) {
-        fputs(i == 0 ? "" : i + 1 < d->ncause ? ", " : " and ", f);
-        page__cause(f, &d->suspect[i].candidate);
+        n += !mixed || verdict_of(&d->suspect[i]) == v;
+    }
+    for (int i = 0; i < d->ncause && i < d->nsuspect; i++) {
+        if (!mixed || verdict_of(&d->suspect[i]) == v) {
+            fputs(k == 0 ? "" : k + 1 < n ? ", " : " and ", f);
+            page__cause(f, &d->suspect[i].candidate);
+            k++;
+        }
     }
 }
 
@@ -38,11 +58,23 @@ static void headline(FILE *f, const lab_diagnosis *d)
         "Records and model differ, and no effect of the table explains it",
         "No fit converged: no verdict",
         "The model is far from these records with every candidate"};
-    fputs(begin[d->verdict], f);
-    if (has_cause(d)) {
-        fputs(": ", f);
-        causes(f, d);
+    int said[sizeof begin / sizeof *begin] = {0}, n = 0, mixed = 0;
+    if (d->slip[0] != '\0') {
+        page__text(f, d->slip);
+        return;
     }
+    for (int i = 1; i < d->ncause && i < d->nsuspect; i++) {
+        mixed |= verdict_of(&d->suspect[i]) != verdict_of(&d->suspect[0]);
+    }
+    for (int i = 0; i < d->ncause && i < d->nsuspect; i++) {
+        lab_verdict v = mixed ? verdict_of(&d->suspect[i]) : d->verdict;
+        if (!said[v]) {
+            fprintf(f, "%s%s: ", n++ > 0 ? ". " : "", begin[v]);
+            causes_of(f, d, v, mixed);
+            said[v] = 1;
+        }
+    }
+    fputs(n > 0 ? "" : begin[d->verdict], f);
 }
 
 static void card(FILE *f, const char *title)
@@ -56,9 +88,9 @@ static void cause_line(FILE *f, const lab_suspect *s)
     fputs("<p>", f);
     page__cause(f, &s->candidate);
     if (isfinite(s->own_ratio)) {
-        fputs(" <small>error ", f);
+        fputs(" <small>with it the error on held-out records is ", f);
         page__number(f, s->own_ratio, 2);
-        fputs(" of what it is without it</small>", f);
+        fputs(" times that without it</small>", f);
     }
     fputs("</p>\n", f);
 }
@@ -67,13 +99,26 @@ static void law_of(FILE *f, const lab_diagnosis *d, const lab_effect *e)
 {
     fputs("<p class=\"quiet\">", f);
     page__text(f, e->equation);
-    fputs("<br>looks like: ", f);
+    fputs("<br>usual signs: ", f);
     page__text(f, e->looks);
     if (d->phase != NULL) {
         fputs("<br>shows most in: ", f);
         page__text(f, d->phase);
     }
     fputs("</p>\n", f);
+}
+
+/* How sure the cause itself is, apart from its size. */
+static void certainty(FILE *f, const lab_diagnosis *d, const lab_suspect *s)
+{
+    if (!s->refitted || !isfinite(s->gain)) {
+        return;
+    }
+    fputs("<p class=\"quiet\">How sure it is: the misfit falls by ", f);
+    page__number(f, s->gain, 3);
+    fprintf(f, " with it, and %.0f is enough to name any cause. %s</p>\n", diag__enough(),
+            d->nrival > 0 ? "The size holds only if it is this one and none of those beside."
+                          : "The size holds if it is this one.");
 }
 
 static void chance(FILE *f, double p)
@@ -87,7 +132,8 @@ static void chance(FILE *f, double p)
 
 static void size_card(FILE *f, const lab_diagnosis *d)
 {
-    card(f, "How large, with 95 % interval");
+    card(f, d->ncause > 1 ? "How large they are, with 95 % interval"
+                          : "How large it is, with 95 % interval");
     for (int i = 0; i < d->ncause && i < d->nsuspect; i++) {
         const lab_suspect *s = &d->suspect[i];
         if (d->ncause > 1) {
@@ -104,6 +150,7 @@ static void size_card(FILE *f, const lab_diagnosis *d)
         if (s->candidate.effect != NULL) {
             law_of(f, d, s->candidate.effect);
         }
+        certainty(f, d, s);
     }
     chance(f, d->p);
     fputs("</div>\n", f);
@@ -112,6 +159,16 @@ static void size_card(FILE *f, const lab_diagnosis *d)
 static void rivals_card(FILE *f, const lab_diagnosis *d)
 {
     card(f, "What else it could be");
+    for (int i = 0; i < d->ncause && i < d->nsuspect; i++) {
+        const lab_candidate *c = &d->suspect[i].candidate;
+        if (c->effect != NULL && c->alias[0] != '\0') {
+            fputs("<p>A wrong ", f);
+            page__text(f, c->alias);
+            fputs(" of the file acts in exactly the same way as ", f);
+            page__cause(f, c);
+            fputs(": no record of these outputs separates them. Measure that number.</p>\n", f);
+        }
+    }
     if (d->nrival == 0) {
         fputs("<p>No other effect of the table explains the records as well.</p>"
               "</div>\n",
@@ -177,7 +234,7 @@ static void gain_card(FILE *f, const lab_diagnosis *d)
     int after = has_cause(d) || has_law(d);
     card(f, after ? "Error on records held out, before and after" : "Error on records held out");
     if (!isfinite(g->rmse_before)) {
-        fputs("<p>not measured: no record was held out</p></div>\n", f);
+        fprintf(f, "<p>not measured%s</p></div>\n", d->nheld > 0 ? "" : ": no record was held out");
         return;
     }
     for (int i = 0; i < d->ngain; i++) {
@@ -193,7 +250,7 @@ static void gain_card(FILE *f, const lab_diagnosis *d)
     }
     fputs(" times the noise</p>\n", f);
     if (after) {
-        fputs("<p>after over before ", f);
+        fputs("<p>error after, as a share of that before: ", f);
         page__interval(f, g->ratio, g->lo, g->hi, "1");
         fputs("</p>\n", f);
         gain_bars(f, d);
@@ -223,13 +280,22 @@ static const char *advice(const lab_diagnosis *d)
         return "Look where the map below is darkest, and at the missing force there. A new effect "
                "must explain its course over time.";
     case LAB_VERDICT_UNUSABLE_MODEL:
+        if (d->slip[0] != '\0') {
+            return has_cause(d)
+                       ? "Correct the sign in the records or in the file and diagnose again; "
+                         "extended.yaml reads these records as they are. Nothing has been "
+                         "fitted yet."
+                       : "Correct this in the records, their titles or the file, and "
+                         "diagnose again. Nothing has been fitted yet.";
+        }
         return "Compare signs, units, planes, the start and the clock of the first record with the "
                "mechanism file. No statement about physics is possible before they agree.";
     default: break;
     }
     if (d->nrival > 0) {
-        return "Use extended.yaml for predictions like these records. Before you change the "
-               "instrument, make a record in which the candidates differ.";
+        return "Use extended.yaml for predictions like these records. Before you act on this "
+               "cause, "
+               "make a record in which the candidates differ.";
     }
     return d->verdict == LAB_VERDICT_SENSOR
                ? "Check the instrument; extended.yaml corrects for it until then."
@@ -256,7 +322,7 @@ static void next_card(FILE *f, const lab_diagnosis *d)
             fprintf(f, "; %d record%s will do.", d->next->repeats,
                     d->next->repeats == 1 ? "" : "s");
         } else {
-            fputs("; it takes very many records.", f);
+            fputs("; even so it takes very many records.", f);
         }
         fputs(" <code>stein plan</code> has the list and writes the record.</p>", f);
     }
@@ -321,8 +387,8 @@ static void remains_card(FILE *f, const lab_diagnosis *d)
             "testable with these records: %d</a>.</p>\n",
             d->nsuspect, weak, unseen);
     }
-    fprintf(f, "<p class=\"quiet\">%d samples of %d record%s</p></div>\n", d->samples, d->nfit,
-            d->nfit == 1 ? "" : "s");
+    fprintf(f, "<p class=\"quiet\">%d samples of %d %s%s</p></div>\n", d->samples, d->nfit,
+            diag__record_word(d), d->nfit == 1 ? "" : "s");
 }
 
 static void forces_card(FILE *f, const lab_motion *m)
@@ -379,7 +445,8 @@ static void against_gain(FILE *f, const lab_diagnosis *d, int *n)
     }
     if (worse > 0) {
         item(f, n);
-        fprintf(f, "In %d of %d records held out the error grows.", worse, judged);
+        fprintf(f, "In %d of %d %ss held out the error grows.", worse, judged,
+                diag__record_word(d));
     }
 }
 
@@ -387,13 +454,14 @@ static void against(FILE *f, const lab_diagnosis *d)
 {
     int n = 0;
     against_forces(f, d, &n);
-    if (has_cause(d)) {
+    if (has_cause(d) && d->slip[0] == '\0') {
         against_gain(f, d, &n);
     }
     if (has_cause(d) && d->nrival > 0) {
         item(f, &n);
-        fprintf(f, "%d other explanation%s as good; they are named below.", d->nrival,
-                d->nrival == 1 ? " is" : "s are");
+        fprintf(f, "%s explain%s the records as well; \"What else it could be\" names %s.",
+                d->nrival == 1 ? "Another effect" : "Other effects", d->nrival == 1 ? "s" : "",
+                d->nrival == 1 ? "it" : "them");
     }
     if (d->nsetting_off > 0) {
         item(f, &n);
@@ -408,17 +476,23 @@ static void against(FILE *f, const lab_diagnosis *d)
 void page__summary(FILE *f, const lab_diagnosis *d)
 {
     int explained = d->verdict == LAB_VERDICT_EXPLAINED;
-    fprintf(
-        f,
-        "<header><p class=\"eyebrow\">Diagnosis \xc2\xb7 %s \xc2\xb7 %d record%s fitted, %d held "
-        "out</p>\n<h1>",
-        diag__verdict_words(d->verdict), d->nfit, d->nfit == 1 ? "" : "s", d->nheld);
+    char counts[DIAG_COUNTS];
+    fprintf(f, "<header><p class=\"eyebrow\">Diagnosis \xc2\xb7 %s \xc2\xb7 %s</p>\n<h1>",
+            diag__verdict_words(d->verdict), diag__counts(counts, d));
     headline(f, d);
     fputs("</h1>\n<p class=\"reason\">", f);
     page__text(f, d->reason);
     fputs("</p>\n", f);
     against(f, d);
     fputs("<div class=\"story\">\n", f);
+    if (d->slip[0] != '\0') { // nothing was fitted
+        if (has_cause(d)) {
+            size_card(f, d);
+        }
+        next_card(f, d);
+        fputs("</div></header>\n", f);
+        return;
+    }
     if (has_cause(d)) {
         size_card(f, d);
         gain_card(f, d);

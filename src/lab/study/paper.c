@@ -159,7 +159,9 @@ static void say_heights(study_part *part, const study_table *t, double left, dou
     double dynamic = 1e3 * at_dx(t, 0.0, DYNAMIC), statics = 1e3 * at_dx(t, 0.0, STATIC);
     study_say(part,
               "<b>Figure 11.</b> At the reference the hammer escapes %.2f mm below the string "
-              "(paper: 2.2 mm); a straight line over the working range left of it falls by "
+              "(paper: 2.2 mm); a straight line over the whole working range left of it (the table "
+              "above ends "
+              "at −1.2 mm) falls by "
               "%.1f mm per mm (paper: 20). Holding the height to 1 mm therefore takes a stop "
               "that stays within %.3f mm (paper: 0.05 mm). The action works from %+.2f to "
               "%+.2f mm (shaded; paper: −1.25 to +0.2 mm).",

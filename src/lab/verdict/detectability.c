@@ -84,10 +84,11 @@ lab_power diag__power(const diag__problem *q, const diag__linear *l, int k)
                            .sd = NAN,
                            .detectable = NAN,
                            .upper = NAN,
-                           .because = sure / sqrt(raw) < 1.0
-                                          ? "what it changes, other numbers, the causes or the "
-                                            "records' own change too"
-                                          : "too little of it shows in these records"};
+                           .because =
+                               sure / sqrt(raw) < 1.0
+                                   ? "other numbers of the file, the causes or what is unknown "
+                                     "of each record can act in the same way"
+                                   : "too little of it shows in these records"};
     }
     double detectable = diag__detectable(info), a = score / info,
            toward = lab_candidate_is_signed(c) ? fabs(a) : a;
@@ -104,5 +105,5 @@ lab_power diag__power(const diag__problem *q, const diag__linear *l, int k)
                                   : points ? "something points to it"
                                   : hides  ? "a plausible amount of it may hide"
                                   : !noise ? "more than noise is left, which may hide it"
-                                           : "it would have been named at its limit"};
+                                           : "one as large as is plausible would have been named"};
 }

@@ -136,5 +136,12 @@ stein_status diag__show(lab_diagnosis *d, const fit__problem *p, const double *x
                         stein_err *err);
 /** "wrong parameter", "missing effect" ...: the verdict in words. */
 const char *diag__verdict_words(lab_verdict verdict);
+/** Fall of -2 ln L that names any cause. */
+double diag__enough(void);
+/** What nfit and nheld count: "record", or "piece" of long ones. */
+const char *diag__record_word(const lab_diagnosis *d);
+enum { DIAG_COUNTS = 100 };
+/** "3 records fitted, 1 held out", "3 pieces of 1 record fitted ...", "nothing was fitted". */
+const char *diag__counts(char to[DIAG_COUNTS], const lab_diagnosis *d);
 
 #endif

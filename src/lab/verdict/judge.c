@@ -61,6 +61,11 @@ static int added(const diag__evidence *more, const diag__evidence *less)
     return n == 1 ? which : -1;
 }
 
+double diag__enough(void)
+{
+    return diag__least_gain;
+}
+
 int diag__gains(const diag__evidence *more, const diag__evidence *less, const diag__setting *s)
 {
     double gain = gain_of(more, less);

@@ -125,7 +125,7 @@ static int recorded_way(const fit__problem *p, diag__way *way, char *why, size_t
 static int channel_way(const fit__problem *p, diag__way *way, char *why, size_t size)
 {
     const stein_model *m = lab_equations(p->model);
-    snprintf(why, size, "no input prescribes a motion (inputs: NAME: {motion: JOINT})");
+    snprintf(why, size, "the file has no input that prescribes a motion, which this check needs");
     for (int i = 0; i < m->ninput; i++) {
         if (m->inputs[i].kind != STEIN_INPUT_MOTION) {
             continue;

@@ -7,7 +7,8 @@
  * F the parameters, g the effect's own columns, V noise, nuisances and scatter (mixed.h): the
  * intervals of the diagnosis and their correlations. Numbers that one kind of stroke does not
  * separate have wide intervals and a well known sum; without the correlations an experiment that
- * measures only that sum would seem useful.
+ * measures only that sum would seem useful. The candidates of a hypothesis are fitted together, so
+ * each posterior has the numbers of all of them, its own candidate's first.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -18,15 +19,51 @@
 
 enum { RIVALS = 2 }; // for the next experiment; stein plan takes more
 
-static stein_status make(lab_posterior *to, int n, stein_err *err)
+void diag__number_name(char to[LAB_PLACE], int place, int index)
+{
+    if (place == 0) {
+        snprintf(to, LAB_PLACE, "%s", fit__number_name[index]);
+    } else {
+        snprintf(to, LAB_PLACE, "%s_%d", fit__number_name[index], 1 + place);
+    }
+}
+
+int diag__find_number(const char *name, int *place, int *index)
+{
+    char text[LAB_PLACE];
+    for (int i = 0; i < DIAG_CAUSES * FIT__NUMBERS; i++) {
+        *place = i / FIT__NUMBERS;
+        *index = i % FIT__NUMBERS;
+        diag__number_name(text, *place, *index);
+        if (strcmp(text, name) == 0) {
+            return 1;
+        }
+    }
+    return 0;
+}
+
+static stein_status make(lab_posterior *to, int n, int beside, stein_err *err)
 {
     to->number = calloc((size_t)n + 1, sizeof *to->number);
     to->correlation = calloc((size_t)(n * n) + 1, sizeof *to->correlation);
+    to->beside = calloc((size_t)beside + 1, sizeof *to->beside);
     to->n = n;
-    return to->number != NULL && to->correlation != NULL ? STEIN_OK : lab__no_memory(err);
+    return to->number != NULL && to->correlation != NULL && to->beside != NULL
+               ? STEIN_OK
+               : lab__no_memory(err);
 }
 
-static void note(lab_posterior *to, const diag__row *row, const diag__local *l)
+/* the other candidates of the row, as the file's own model has them */
+static void note_beside(lab_posterior *to, const diag__row *row, int own)
+{
+    for (int i = 0; i < row->h.n; i++) {
+        if (i != own) {
+            to->beside[to->nbeside++] = row->cause[i];
+        }
+    }
+}
+
+static void note(lab_posterior *to, const diag__row *row, int own, const diag__local *l)
 {
     const double *cov = l->cov;
     const fit__problem *p = &row->p;
@@ -34,9 +71,12 @@ static void note(lab_posterior *to, const diag__row *row, const diag__local *l)
     for (int i = 0; i < n; i++) {
         const fit__unknown *u = &p->unknown[l->free[i]];
         struct lab_uncertain *q = &to->number[i];
-        snprintf(q->name, sizeof q->name, "%s",
-                 u->kind == FIT__PARAM ? lab_equations(p->model)->params[u->index].name
-                                       : fit__number_name[1 + u->index]);
+        if (u->kind == FIT__PARAM) {
+            snprintf(q->name, sizeof q->name, "%s", lab_equations(p->model)->params[u->index].name);
+        } else {
+            int of = (l->free[i] - p->first_accepted) / FIT__NUMBERS;
+            diag__number_name(q->name, of == own ? 0 : of < own ? of + 1 : of, 1 + u->index);
+        }
         double sd = sqrt(fmax(0.0, cov[i * n + i]));
         q->logarithmic = u->log;
         q->value = fit__value(u, row->x[l->free[i]]);
@@ -48,16 +88,17 @@ static void note(lab_posterior *to, const diag__row *row, const diag__local *l)
     }
 }
 
-stein_status diag__posterior(const diag__row *row, lab_posterior *to, stein_err *err)
+stein_status diag__posterior(const diag__row *row, int i, lab_posterior *to, stein_err *err)
 {
     diag__local l;
     stein_status status = diag__local_open(&l, &row->p, row->x, row->J, row->r, err);
-    status = status == STEIN_OK ? make(to, l.nfree, err) : status;
+    status = status == STEIN_OK ? make(to, l.nfree, row->h.n - 1, err) : status;
     if (status == STEIN_OK) {
+        note_beside(to, row, i);
         memcpy(l.m.D, row->D, sizeof l.m.D);
         lab__mixed_weigh(&l.m);
         if (isfinite(lab__mixed_solve(&l.m, NULL, 0, l.beta, l.cov))) {
-            note(to, row, &l);
+            note(to, row, i, &l);
         } else {
             to->n = 0;
         }
@@ -131,7 +172,46 @@ static int note_stroke(lab_conditions *c, const fit__stroke *t, const stein_mode
     return ok;
 }
 
-stein_status diag__conditions(const fit__problem *p, lab_conditions *c, stein_err *err)
+static int is_stated(const lab_data *data, const char *name)
+{
+    int yes = 0;
+    for (int i = 0; i < data->nset; i++) {
+        yes |= strcmp(data->set[i].name, name) == 0;
+    }
+    return yes;
+}
+
+/* Where and how fast the joints were let go, as the fit has estimated it from records that do not
+ * state it: without it an experiment would begin at rest, where a pendulum stays. */
+static int note_starts(lab_conditions *c, const diag__row *row, const lab_model *model)
+{
+    const stein_model *m = lab_equations(model);
+    const fit__problem *p = &row->p;
+    int ok = 1;
+    for (int k = p->np; ok && k < p->nu && !m->settle && m->nloop == 0; k++) {
+        const fit__unknown *u = &p->unknown[k];
+        char name[2 * LAB_PLACE];
+        if (u->stroke < 0 || (u->kind != FIT__POSITION && u->kind != FIT__SPEED)) {
+            continue;
+        }
+        snprintf(name, sizeof name, "%.100s.initial.%s",
+                 lab_equations(p->model)->bodies[u->index].name,
+                 u->kind == FIT__POSITION ? "position" : "speed");
+        int param = stein_find_param(m, name);
+        if (param < 0 || strlen(name) >= LAB_PLACE || is_stated(p->stroke[u->stroke].data, name)) {
+            continue;
+        }
+        lab_used *to = entry(&c->setting, &c->nsetting, name, m->params[param].unit);
+        ok = to != NULL;
+        if (ok) {
+            widen(to, lab_parameters(model)[param] + fit__value(u, row->x[k]));
+        }
+    }
+    return ok;
+}
+
+stein_status diag__conditions(const fit__problem *p, const diag__row *row, lab_conditions *c,
+                              stein_err *err)
 {
     int ok = 1;
     *c = (lab_conditions){.from = INFINITY, .until = -INFINITY, .interval = INFINITY};
@@ -144,6 +224,7 @@ stein_status diag__conditions(const fit__problem *p, lab_conditions *c, stein_er
         c->unsynchronised |= data->trigger == LAB_TRIGGER_UNSYNCHRONISED;
         ok &= note_stroke(c, &p->stroke[s], lab_equations(p->model));
     }
+    ok = ok && (row == NULL || row->failed != NULL || note_starts(c, row, p->model));
     return ok ? STEIN_OK : lab__no_memory(err);
 }
 
@@ -177,6 +258,7 @@ void diag__posteriors_free(lab_diagnosis *o)
     for (int i = 0; o->suspect != NULL && i < o->nsuspect; i++) {
         free(o->suspect[i].posterior.number);
         free(o->suspect[i].posterior.correlation);
+        free(o->suspect[i].posterior.beside);
     }
     free(o->conditions.channel);
     free(o->conditions.input);

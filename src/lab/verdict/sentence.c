@@ -142,12 +142,14 @@ static void say_change(lab_diagnosis *o)
     append(o, text);
 }
 
-/* an inertia and an armature that move alike are one cause of two names */
+/* One cause of two names: an inertia and an armature that move alike, the gain of a channel and the
+ * place of the point that it tracks. */
 static void say_same(lab_diagnosis *o, const lab_candidate *c)
 {
     int rotor = strcmp(c->effect->kind, "armature") == 0 || strstr(c->alias, ".armature") != NULL;
-    if (rotor && c->alias[0] != '\0') {
-        append(o, ", the same as a change of ");
+    int point = strcmp(c->effect->kind, "sensor_gain") == 0;
+    if ((rotor || point) && c->alias[0] != '\0') {
+        append(o, o->ncause > 1 ? " exactly like a change of " : ", the same as a change of ");
         append(o, c->alias);
     }
 }
@@ -162,6 +164,19 @@ static void name_causes(lab_diagnosis *o)
         append(o, o->suspect[0].candidate.effect->equation);
         say_same(o, &o->suspect[0].candidate);
         append(o, ".");
+    }
+    for (int i = 0; o->ncause > 1 && i < o->ncause; i++) {
+        const lab_candidate *c = &o->suspect[i].candidate;
+        if (acts_in_all(&o->suspect[i]) && strcmp(c->effect->kind, "sensor_gain") == 0 &&
+            c->alias[0] != '\0') {
+            append(o, " ");
+            append(o, c->effect->kind);
+            append(o, " at ");
+            append(o, c->place);
+            append(o, " acts");
+            say_same(o, c);
+            append(o, ".");
+        }
     }
     for (int i = 0; i < o->ncause; i++) {
         if (is_setting(&o->suspect[i])) {
@@ -183,10 +198,12 @@ static void say_gain(lab_diagnosis *o)
     if (!isfinite(g->ratio) || count(o, is_setting) == o->ncause) {
         return; // one record's own says nothing of others
     }
-    snprintf(text, sizeof text,
-             g->hi < 1.0 ? " Held-out records are predicted better: %.3g -> %.3g noise."
-                         : " Held-out records are predicted no better: %.3g -> %.3g noise.",
-             g->rmse_before, g->rmse_after);
+    snprintf(
+        text, sizeof text,
+        " %s held out are predicted %s: an error of %.3g without and %.3g with %s, in standard "
+        "deviations of the noise.",
+        o->in_pieces ? "Pieces of the records" : "Records", g->hi < 1.0 ? "better" : "no better",
+        g->rmse_before, g->rmse_after, o->ncause == 1 ? "it" : "them");
     append(o, text);
 }
 
@@ -195,8 +212,9 @@ static void say_remainder(lab_diagnosis *o, const diag__judgement *j, const diag
     char text[160];
     if (o->chi2_dof_after > s->most_noise && o->remainder > noise_left) {
         snprintf(text, sizeof text,
-                 " It explains %.0f %% of the misfit; %.2g noises remain, unexplained.",
-                 100.0 * j->share, o->remainder);
+                 " %s %.0f %% of the misfit; what is left in the fitted records is %.2g standard "
+                 "deviations of the noise, unexplained.",
+                 o->ncause == 1 ? "It explains" : "They explain", 100.0 * j->share, o->remainder);
         append(o, text);
     }
 }

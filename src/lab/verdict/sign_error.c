@@ -10,7 +10,8 @@
 
 #include "verdict.h"
 
-/* the output that is mirrored in all records, and nothing else is wrong; NULL: there is none */
+/* the output that is mirrored in all records, and nothing else is wrong; NULL: there is none, or it
+ * is one of two that the records cannot tell apart */
 static const char *mirrored(const lab_dataset *data, const lab_doubts *doubts)
 {
     const lab_doubt *first = &doubts->item[0];
@@ -18,7 +19,8 @@ static const char *mirrored(const lab_dataset *data, const lab_doubts *doubts)
     for (int i = 1; i < doubts->n; i++) {
         others |= doubts->item[i].grave;
     }
-    if (others || first->kind != LAB_DOUBT_SIGN || first->records < data->n || first->column < 0) {
+    if (others || first->kind != LAB_DOUBT_SIGN || first->records < data->n || first->column < 0 ||
+        first->other >= 0) {
         return NULL;
     }
     const lab_column *c = &data->stroke[first->stroke]->column[first->column];

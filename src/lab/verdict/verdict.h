@@ -186,10 +186,20 @@ stein_status diag__results(diag__problem *q, const diag__table *t, const diag__j
 
 /* ---- posterior.c ---- */
 
-/** Numbers of causes and rivals with their joint uncertainty. @return OK, ENOMEM */
-stein_status diag__posterior(const diag__row *row, lab_posterior *to, stein_err *err);
-/** What the records were like. @return OK, ENOMEM */
-stein_status diag__conditions(const fit__problem *p, lab_conditions *to, stein_err *err);
+/** Name of a number of an effect in a posterior: "amount", "side" of the candidate itself (place
+ * 0), "amount_2" of the first one beside it. @param index  0: amount, 1 ..: the numbers beside it
+ */
+void diag__number_name(char to[LAB_PLACE], int place, int index);
+/** Place and index of such a name. @return 0: it is none */
+int diag__find_number(const char *name, int *place, int *index);
+/** Numbers of cause i of a row and of those beside it, with their joint uncertainty.
+ *  @return OK, ENOMEM */
+stein_status diag__posterior(const diag__row *row, int i, lab_posterior *to, stein_err *err);
+/** What the records were like.
+ *  @param row  whose fit has estimated the starts that the records do not state; NULL: none has
+ *  @return OK, ENOMEM */
+stein_status diag__conditions(const fit__problem *p, const diag__row *row, lab_conditions *to,
+                              stein_err *err);
 /** The next experiment. @return OK (also when none can be simulated), ENOMEM */
 stein_status diag__next(const diag__problem *q, lab_diagnosis *o, stein_err *err);
 void diag__posteriors_free(lab_diagnosis *o);

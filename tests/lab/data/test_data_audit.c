@@ -231,7 +231,7 @@ START_TEST(a_record_locked_to_its_pixels_is_reported)
     ck_assert_close(a->channel[0].noise, c.step / sqrt(12.0), 1e-2, 0.0);
     ck_assert_int_eq(a->channel[0].noise_from, LAB_NOISE_STEP);
     ck_assert_double_gt(a->channel[0].locking, 0.3);
-    ck_assert_int_eq(was_found(a, "locked to steps of 23"), 1);
+    ck_assert_int_eq(was_found(a, "rounded to steps of 23"), 1);
     close_both(a, d);
 }
 END_TEST

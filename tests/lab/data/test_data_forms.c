@@ -315,6 +315,25 @@ START_TEST(two_hundred_files_are_read_with_progress)
 END_TEST
 
 /* one message for a file, with its place and the expected titles */
+/* in other languages; a title without a unit of time is none */
+START_TEST(a_first_column_with_a_unit_of_time_is_the_time)
+{
+    static const char *const title[] = {"Zeit [s]", "Zeit_s", "temps (ms)", "tijd_ms"};
+    for (int i = 0; i < 4; i++) {
+        lab_data *d = NULL;
+        lab_data_options o = lab_data_options_default(action);
+        char *text = lab__text("%s,key_dip [m]\n0,1\n1,2\n2,1\n3,3\n", title[i]);
+        ck_assert_stein(lab_data_open(&d, write_file("time.csv", text), &o, err));
+        ck_assert_int_eq(d->nrow, 4);
+        ck_assert_int_eq(d->ncolumn, 1);
+        ck_assert(d->time[3] == (strchr(title[i], 'm') != NULL ? 3e-3 : 3.0));
+        ck_assert_int_eq(d->time_unit_assumed, 0);
+        free(text);
+        lab_data_close(d);
+    }
+}
+END_TEST
+
 START_TEST(bad_files_give_one_message_each)
 {
     static const struct {
@@ -368,6 +387,7 @@ void data_forms_cases(Suite *suite)
     tcase_add_test(tc, a_plain_table_reads_back_bit_for_bit);
     tcase_add_test(tc, a_record_in_memory_is_read_as_from_a_file);
     tcase_add_test(tc, two_hundred_files_are_read_with_progress);
+    tcase_add_test(tc, a_first_column_with_a_unit_of_time_is_the_time);
     tcase_add_test(tc, bad_files_give_one_message_each);
     suite_add_tcase(suite, tc);
 }

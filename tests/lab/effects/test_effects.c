@@ -481,6 +481,38 @@ START_TEST(equal_changes_are_one_candidate)
 }
 END_TEST
 
+/* A tracked point that only one channel reads, seen from an axis where that channel is 0, is the
+ * channel's gain; not from another axis, nor where a second channel reads the point. */
+START_TEST(the_place_of_a_tracked_point_is_the_gain_of_its_channel)
+{
+    static const char text[] = "mechanism: rod\nbodies:\n  rod: {joint: R -y, mass: 1 kg, centre: "
+                               "[0, 0, -0.3], inertia: {yy: 0.02}, points: {tip: [0, 0, -0.5]}}\n"
+                               "outputs:\n  angle: {joint: rod, read: position}\n  tip_x: {point: "
+                               "rod.tip, read: x}\n";
+    static const char aside[] =
+        "mechanism: rod\nbodies:\n  rod: {joint: R -y, at: [0.1, 0, 0], "
+        "mass: 1 kg, centre: [0, 0, -0.3], inertia: {yy: 0.02}, points: {tip: "
+        "[0, 0, -0.5]}}\noutputs:\n  tip_x: {point: rod.tip, read: x}\n";
+    char *both = lab__text("%s  tip_z: {point: rod.tip, read: z}\n", text);
+    const char *file[] = {text, both, aside};
+    make_folder();
+    for (int i = 0; i < 3; i++) {
+        lab_model *model = open_file(write_file("rod.yaml", file[i]));
+        lab_candidate *list = NULL;
+        int n = 0;
+        ck_assert_stein(lab_candidates(&list, &n, model, err));
+        const lab_candidate *gain = find(list, n, "sensor_gain", "tip_x");
+        ck_assert_ptr_nonnull(gain);
+        ck_assert_str_eq(gain->alias, i == 0 ? "rod.tip.z" : "");
+        ck_assert_int_eq(find(list, n, "wrong_parameter", "rod.tip.z") == NULL, i == 0);
+        free(list);
+        lab_close(model);
+    }
+    free(both);
+    remove_folder();
+}
+END_TEST
+
 /* an alias is exact: moving either makes the same stroke */
 START_TEST(an_alias_moves_alike)
 {
@@ -621,6 +653,7 @@ Suite *effects_suite(void)
     tcase_add_test(tc, candidates_follow_the_structure);
     tcase_add_test(tc, second_numbers_have_ranges);
     tcase_add_test(tc, equal_changes_are_one_candidate);
+    tcase_add_test(tc, the_place_of_a_tracked_point_is_the_gain_of_its_channel);
     tcase_add_test(tc, an_alias_moves_alike);
     tcase_add_test(tc, a_point_that_hardly_turns_moves_nearly_alike);
     tcase_add_test(tc, a_felt_that_is_hardly_pressed_is_straight);

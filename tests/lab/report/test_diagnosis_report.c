@@ -400,7 +400,7 @@ START_TEST(several_causes_have_each_its_size_and_its_place_once)
     static const char *const has[] = {
         "odd &lt;effect&gt; of the place0, odd &lt;effect&gt; of the place1 and odd "
         "&lt;effect&gt; of the place1",
-        "<small>error 0.31 of what it is without it</small>", NULL};
+        "<small>with it the error on held-out records is 0.31 times that without it</small>", NULL};
     lab_diagnosis *d = made_up();
     d->ncause = 3;
     d->nrival = 0;
@@ -414,6 +414,99 @@ START_TEST(several_causes_have_each_its_size_and_its_place_once)
 }
 END_TEST
 
+/* The class of the verdict is that of the first cause; friction is no error of an instrument. */
+START_TEST(causes_of_several_kinds_are_not_called_by_one)
+{
+    static const lab_effect clock = {.kind = "time_base", .cls = "sensor"};
+    static const char *const has[] = {
+        "<h1>An instrument has an error: time base of the clock. The "
+        "model lacks an effect: odd &lt;effect&gt; of the place1</h1>",
+        NULL};
+    lab_diagnosis *d = made_up();
+    d->verdict = LAB_VERDICT_SENSOR;
+    d->ncause = 2;
+    d->nrival = 0;
+    d->suspect[0].candidate.effect = &clock;
+    snprintf(d->suspect[0].candidate.place, LAB_PLACE, "clock");
+    page_has(d, has, NULL);
+    lab_diagnosis_destroy(d);
+}
+END_TEST
+
+START_TEST(records_that_state_the_wrong_thing_have_no_fit_in_their_report)
+{
+    static const char *const has[] = {"<h1>angle is in deg, not in rad</h1>", "nothing was fitted",
+                                      "Correct this in the records", NULL};
+    static const char *const never[] = {"with every candidate", "no record was held out",
+                                        "samples of",           "degree of freedom",
+                                        "Largest departure",    "held out</p>"};
+    lab_diagnosis *d = made_up();
+    d->verdict = LAB_VERDICT_UNUSABLE_MODEL;
+    d->ncause = d->nrival = d->nsuspect = d->nfit = d->nheld = d->samples = 0;
+    snprintf(d->slip, sizeof d->slip, "angle is in deg, not in rad");
+    for (size_t i = 0; i < sizeof never / sizeof *never; i++) {
+        page_has(d, has, never[i]);
+    }
+    lab_diagnosis_destroy(d);
+}
+END_TEST
+
+START_TEST(pieces_of_one_record_are_not_called_records)
+{
+    static const char *const has[] = {"2 pieces of 1 record fitted, 1 held out",
+                                      "Error on 1 piece that took no part in the fit; the record "
+                                      "itself did.",
+                                      NULL};
+    static const char *const several[] = {"the same records did, in other pieces.", NULL};
+    lab_diagnosis *d = made_up();
+    free(d->gains);
+    d->gains = calloc(1, sizeof *d->gains);
+    d->gains[0] = (lab_gain){.channel = "height", .unit = "m", .rmse_before = 3e-3, .ratio = 0.5};
+    d->ngain = 1;
+    d->nfit = 2;
+    d->nheld = d->nfile = d->in_pieces = 1;
+    page_has(d, has, "1 record held out");
+    d->nfile = 2;
+    page_has(d, several, "the record itself");
+    lab_diagnosis_destroy(d);
+}
+END_TEST
+
+START_TEST(a_force_that_shows_nowhere_is_not_drawn)
+{
+    static const char *const drawn[] = {"<h2>The force that the model lacks</h2>",
+                                        "the force that the model lacks at a joint", NULL};
+    static const char *const none[] = {
+        "<h2>The force that the model lacks</h2>",
+        "At no joint and in no phase is the mean of the missing force "
+        "2 standard deviations from zero",
+        NULL};
+    lab_diagnosis *d = made_up();
+    draw(d);
+    page_has(d, drawn, "At no joint");
+    d->departure[1].z = 1.9;
+    page_has(d, none, "the force that the model lacks at a joint");
+    lab_diagnosis_destroy(d);
+}
+END_TEST
+
+START_TEST(a_number_that_acts_like_the_cause_is_beside_it)
+{
+    static const char *const has[] = {"<p>A wrong rod.bob.z of the file acts in exactly the same "
+                                      "way as odd &lt;effect&gt; of the "
+                                      "place0",
+                                      "No other effect of the table", NULL};
+    lab_diagnosis *d = made_up();
+    d->ncause = 1;
+    d->nrival = 0;
+    snprintf(d->suspect[0].candidate.alias, sizeof d->suspect[0].candidate.alias, "rod.bob.z");
+    page_has(d, has, NULL);
+    d->suspect[0].candidate.alias[0] = '\0';
+    page_has(d, has + 1, "acts in exactly the same way");
+    lab_diagnosis_destroy(d);
+}
+END_TEST
+
 START_TEST(contradictions_are_beside_the_verdict)
 {
     static const char *const has[] = {"<ul class=\"against\">",
@@ -421,7 +514,7 @@ START_TEST(contradictions_are_beside_the_verdict)
                                       "extended.yaml, run from the file, leaves 2.00 noises where",
                                       "after over before may be 1.20",
                                       "In 1 of 2 records held out the error grows.",
-                                      "other explanation is as good",
+                                      "Another effect explains the records as well; ",
                                       "<div class=\"card warning\"><h2>Check by forces</h2>",
                                       NULL};
     static const char *const without[] = {"<h2>Check by forces</h2>", NULL};
@@ -524,8 +617,9 @@ START_TEST(the_next_step_depends_on_the_verdict)
         page_has(d, has, "Best of the experiments tried");
         lab_diagnosis_destroy(d);
     }
-    static const char *const strokes[] = {"; it takes very many records.", "; 1 record will do.",
-                                          "; 2 records will do.", "; no stroke."};
+    static const char *const strokes[] = {"; even so it takes very many records.",
+                                          "; 1 record will do.", "; 2 records will do.",
+                                          "; no stroke."};
     for (int i = 0; i < 4; i++) {
         lab_diagnosis *d = made_up();
         const char *has[] = {
@@ -546,11 +640,14 @@ END_TEST
 START_TEST(a_gain_is_shown_as_far_as_it_is_known)
 {
     static const char *const unknown[] = {"<p>not measured: no record was held out</p>", NULL};
+    static const char *const held[] = {"<p>not measured</p>", NULL};
     static const char *const one[] = {"Error on 1 record that took no part",
                                       "x=\"37.5\" y=\"3.5\" width=\"0.5\"", NULL};
     static const char *const none[] = {"noise alone would leave 1.00", NULL};
     lab_diagnosis *d = made_up();
     d->gain.rmse_before = (double)NAN;
+    page_has(d, held, "no record was held out");
+    d->nheld = 0;
     page_has(d, unknown, NULL);
     d->gain = (lab_gain){.rmse_before = 2.0,
                          .rmse_after = (double)NAN,
@@ -603,7 +700,7 @@ START_TEST(a_cause_that_is_in_no_table_has_a_place_and_no_kind)
         d->suspect[i].candidate.effect = NULL;
         d->suspect[i].nnumber = 0;
     }
-    page_has(d, has, "looks like");
+    page_has(d, has, "usual signs");
     ck_assert_stein(lab_diagnosis_json(in_folder("d.json"), d, err));
     char *text = contents(in_folder("d.json"));
     ck_assert_ptr_nonnull(value(text));
@@ -785,6 +882,11 @@ Suite *report_suite(void)
     tcase_add_test(tells, the_page_stands_alone_and_takes_no_text_for_markup);
     tcase_add_test(tells, numbers_are_written_for_readers);
     tcase_add_test(tells, several_causes_have_each_its_size_and_its_place_once);
+    tcase_add_test(tells, causes_of_several_kinds_are_not_called_by_one);
+    tcase_add_test(tells, records_that_state_the_wrong_thing_have_no_fit_in_their_report);
+    tcase_add_test(tells, pieces_of_one_record_are_not_called_records);
+    tcase_add_test(tells, a_force_that_shows_nowhere_is_not_drawn);
+    tcase_add_test(tells, a_number_that_acts_like_the_cause_is_beside_it);
     tcase_add_test(tells, contradictions_are_beside_the_verdict);
     tcase_add_test(tells, the_first_screen_has_the_error_in_the_unit_of_the_channel);
     tcase_add_test(tells, refitted_numbers_show_their_change);
