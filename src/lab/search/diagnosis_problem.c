@@ -245,7 +245,6 @@ static stein_status open_null(diag__problem *q, stein_err *err)
     q->fit_def.stop = q->def->stop;
     q->fit_def.ctx = q->def->ctx;
     q->fit_def.scatter = LAB_SCATTER_PLACES;
-    q->fit_def.settings = LAB_SETTINGS_STARTS; // nobody lets go to the digit of an encoder
     stein_status status = state_bands(q, err);
     status = status == STEIN_OK ? diag__problem_null(q, err) : status;
     status = status == STEIN_OK ? choose_bands(q, err) : status;

@@ -49,6 +49,7 @@ static const double tiny = 1e-6;      /* variance of noise, in the stated one */
 static const double of_excess = 0.05; /* a cause more has to explain that share of it */
 static const double of_scope = 0.1;   /* the same of one that acts in some records only */
 static const double of_part = 0.1;    /* the same of a part, to be kept for later */
+static const double of_starts = 0.5;  /* what uncertain initial states may leave of a misfit */
 
 double diag__most_noise(const diag__problem *q, const fit__problem *p)
 {
@@ -458,14 +459,43 @@ static stein_status loosen(diag__problem *q, diag__table *t, const diag__row *ro
     return had || diag__is_spent(q) ? STEIN_OK : diag__try(q, t, &rough, &one, err);
 }
 
-/* are there settings that every row takes as stated? Initial states are uncertain in all rows */
-static int has_exact_setting(const diag__problem *q)
+/* are there settings that are initial states, or others? */
+static int has_setting(const diag__problem *q, int initial)
 {
     int yes = 0;
     for (int i = q->n; i < q->n + q->nsetting; i++) {
-        yes |= strstr(q->candidate[i].place, ".initial.") == NULL;
+        yes |= (strstr(q->candidate[i].place, ".initial.") != NULL) == initial;
     }
     return yes;
+}
+
+/* Nobody lets go to the digit of an encoder: where uncertain initial states explain most of a
+ * misfit, though not all of it, they are uncertain in all rows; causes would be searched beside
+ * what starts do. Where they explain all of it, one cause may do so, too: evidence decides in the
+ * end (with_settings). */
+static stein_status doubt_starts(diag__problem *q, diag__table *t, diag__row *exact, stein_err *err)
+{
+    diag__proposal null = {.h = {.n = 0}, .parent = -1, .by = &diag__step_settings};
+    diag__row *loose = NULL;
+    if (!has_setting(q, 1) || exact->chi2_dof <= noise_like || diag__is_spent(q)) {
+        return STEIN_OK;
+    }
+    q->fit_def.settings = LAB_SETTINGS_STARTS;
+    stein_status status = diag__problem_null(q, err);
+    status = status == STEIN_OK ? diag__try(q, t, &null, &loose, err) : status;
+    int taken = status == STEIN_OK && loose != NULL && loose->failed == NULL &&
+                loose->chi2_dof - 1.0 < of_starts * (exact->chi2_dof - 1.0) &&
+                !diag__leaves_noise(q, loose);
+    if (taken) {
+        exact->superseded = 1;
+        return STEIN_OK;
+    }
+    if (loose != NULL) {
+        loose->superseded = 1;
+    }
+    q->fit_def.settings = 0;
+    stein_status again = status != STEIN_ENOMEM ? diag__problem_null(q, err) : status;
+    return status == STEIN_OK ? again : status;
 }
 
 /* Settings that are off by what their digits allow, where there is something to explain: without a
@@ -474,7 +504,8 @@ static stein_status with_settings(diag__problem *q, diag__table *t, stein_err *e
 {
     const diag__row *best = diag__incumbent(q, t), *null = diag__best(q, t, 0);
     int unsure = best->h.n > 0 || best->chi2_dof > diag__most_noise(q, &q->null);
-    if (!has_exact_setting(q) || !unsure) {
+    int exact = q->fit_def.settings == LAB_SETTINGS_STARTS ? has_setting(q, 0) : q->nsetting > 0;
+    if (!exact || !unsure) {
         return STEIN_OK;
     }
     // settings that are off in every record by another amount are not explained by few causes
@@ -564,6 +595,7 @@ stein_status diag__search(diag__problem *q, diag__table *t, stein_err *err)
     if (status == STEIN_OK && q->trace != NULL) {
         diag__trace_row(q->trace, q, t, row);
     }
+    status = status == STEIN_OK ? doubt_starts(q, t, row, err) : status;
     status = status == STEIN_OK ? expand_all(q, t, err) : status;
     status = status == STEIN_OK ? with_settings(q, t, err) : status;
     status = status == STEIN_OK && !q->scale_free ? with_noise(q, t, err) : status;

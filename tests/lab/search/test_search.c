@@ -538,7 +538,7 @@ START_TEST(reporting_records_change_no_row_and_may_withdraw_a_cause)
     ck_assert_int_eq(d[0]->nheld, REPORTING);
     ck_assert_cause(d[0], "coulomb_friction", 2e-3);
     ck_assert_str_eq(rows[0], rows[1]);
-    ck_assert_ptr_nonnull(strstr(rows[0], "\n{\"linearised\":0,"));
+    ck_assert_ptr_nonnull(strstr(rows[0], "\n{\"linearised\":"));
     ck_assert_int_gt(ck_assert_counted(rows[0]), 0);
     ck_assert_double_lt(d[0]->gain.hi, 0.9); // and they are read in the end
     ck_assert(!(d[1]->gain.ratio < 0.85));
