@@ -397,7 +397,6 @@ stein_status diag__conclude(diagnosis *d, stein_err *err)
         char text[300];
         diag__say(o, &d->j, &d->setting, nearest(d, text, sizeof text), d->suspicion);
         status = diag__name_odd_setting(d, err);
-        diag__doubt_explained(d);
         if (diag__is_spent(&d->q)) {
             size_t n = strlen(o->reason);
             snprintf(o->reason + n, sizeof o->reason - n,

@@ -5,14 +5,12 @@
  * records a change lies; they choose nothing else.
  */
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "diagnosis.h"
 
 static const double no_gain = 0.98;    /* ratio of errors */
-static const double unpredicted = 2.0; /* of what counts as noise in fitted records: more */
 static const double far = 50.0;        /* chi2/dof from which a gain has to be beyond doubt */
 
 /* the row with all causes of one but this; NULL: there is none */
@@ -160,19 +158,6 @@ stein_status diag__name_odd_setting(diagnosis *d, stein_err *err)
         diag__say_setting(o, &o->suspect[o->ncause - 1]);
     }
     return status;
-}
-
-void diag__doubt_explained(diagnosis *d)
-{
-    lab_diagnosis *o = d->out;
-    double left = d->before.rmse * d->before.rmse;
-    if (o->verdict == LAB_VERDICT_EXPLAINED && left > unpredicted * d->setting.most_noise) {
-        o->verdict = LAB_VERDICT_UNKNOWN_EFFECT;
-        snprintf(o->reason, sizeof o->reason,
-                 "The model explains the records that were fitted, but not those that were held "
-                 "out: %.2g noises are left there.",
-                 d->before.rmse);
-    }
 }
 
 /* Can reporting records show a cause, or does it act in none of them? */

@@ -49,7 +49,8 @@ static const double tiny = 1e-6;      /* variance of noise, in the stated one */
 static const double of_excess = 0.05; /* a cause more has to explain that share of it */
 static const double of_scope = 0.1;   /* the same of one that acts in some records only */
 static const double of_part = 0.1;    /* the same of a part, to be kept for later */
-static const double of_starts = 0.5;  /* what uncertain initial states may leave of a misfit */
+static const double of_starts = 0.1;  /* what uncertain initial states may leave of a misfit */
+static const double lost_starts = 100.0; /* chi2/dof: laws of contacts look like starts in less */
 
 double diag__most_noise(const diag__problem *q, const fit__problem *p)
 {
@@ -470,14 +471,14 @@ static int has_setting(const diag__problem *q, int initial)
 }
 
 /* Nobody lets go to the digit of an encoder: where uncertain initial states explain most of a
- * misfit, though not all of it, they are uncertain in all rows; causes would be searched beside
- * what starts do. Where they explain all of it, one cause may do so, too: evidence decides in the
- * end (with_settings). */
+ * gross misfit, though not all of it, they are uncertain in all rows; causes would be searched
+ * beside what starts do. Where they explain all of it, one cause may do so, too: evidence decides
+ * in the end (with_settings). */
 static stein_status doubt_starts(diag__problem *q, diag__table *t, diag__row *exact, stein_err *err)
 {
     diag__proposal null = {.h = {.n = 0}, .parent = -1, .by = &diag__step_settings};
     diag__row *loose = NULL;
-    if (!has_setting(q, 1) || exact->chi2_dof <= noise_like || diag__is_spent(q)) {
+    if (!has_setting(q, 1) || exact->chi2_dof < lost_starts || diag__is_spent(q)) {
         return STEIN_OK;
     }
     q->fit_def.settings = LAB_SETTINGS_STARTS;
