@@ -167,6 +167,7 @@ static stein_status assemble_positions(stein_sim *sim, const unsigned char *kept
                            name, gap, is_length ? "m" : "rad");
     }
     l->rank = rank_at(sim, sim->q);
+    l->pass = INFINITY;
     if (rank_beside(sim) > l->rank) {
         return stein__fail(err, STEIN_ECLOSE,
                            "the initial position is singular: its loops leave %d ways to move, and "
@@ -176,18 +177,20 @@ static stein_status assemble_positions(stein_sim *sim, const unsigned char *kept
     return STEIN_OK;
 }
 
-/* is J qd = 0 up to rounding? */
+/* Is J qd = 0 up to rounding? Where J is nearly singular speeds are a mean over places around, and
+ * its terms may vanish: then up to rounding of the largest speed. */
 static int are_closed(const stein_sim *sim, const double *qd)
 {
     const stein__loops *l = &sim->loop;
     int n = sim->model->nq, closed = 1;
+    double fastest = stein__largest(qd, n);
     for (int i = 0; i < sim->model->nrow; i++) {
         double rate = 0.0, size = 0.0;
         for (int j = 0; j < n; j++) {
             rate += l->J[i * n + j] * qd[j];
             size += fabs(l->J[i * n + j] * qd[j]);
         }
-        closed &= fabs(rate) <= 1e-14 * size;
+        closed &= fabs(rate) <= 1e-14 * size || fabs(rate) <= 1e-13 * fastest;
     }
     return closed;
 }

@@ -140,7 +140,7 @@ typedef struct stein__loops {
     int rank;         /* of J where the loops are closed, -1: not known yet */
     double singular;  /* time to a singular position from the present state [s], < 0 since one;
                        * INFINITY: none is known */
-    int passes;       /* 1: there J loses rank, and the motion leads across */
+    double pass;      /* the first one ahead where J loses rank, INFINITY: none in this step */
     long long passed; /* how often it has, and when the last time [s] */
     double last;
     int near;       /* 1: stages of the step are put onto h = 0 (singular.c) */

@@ -233,7 +233,7 @@ void stein__singular_look(stein_sim *sim, double h)
     stein__loops *l = &sim->loop;
     int n = sim->model->nq, m = sim->model->nrow;
     l->singular = INFINITY;
-    l->passes = 0;
+    l->pass = INFINITY;
     l->spacing = 0.0;
     if (m == 0 || !(h > 0.0)) {
         return;
@@ -253,7 +253,9 @@ void stein__singular_look(stein_sim *sim, double h)
         double s = lost_at(sim, k, h);
         l->lost[l->row[k]] = sim->head->t + s;
         l->singular = fabs(s) < fabs(l->singular) ? s : l->singular;
-        l->passes |= s > 0.0 && s <= h && left_at(sim, k, l->x[k], s) < lost;
+        if (s > 0.0 && s <= h && s < l->pass && left_at(sim, k, l->x[k], s) < lost) {
+            l->pass = s;
+        }
         pivots_at(sim, h);
     }
     if (stein__singular_is_close(sim, sim->head->t)) {

@@ -90,6 +90,12 @@ static double share_of_way(sample a, sample b, sample c)
     return share > 0.0 && share < 1.0 ? share : 0.5;
 }
 
+/* is that on the side of the begin? What sticks without a share of its own has 0 */
+static int is_before(const stein_sim *sim, int i, double g)
+{
+    return i < sim->nguard ? g > 0.0 : !(g < 0.0);
+}
+
 /* Root of guard i of the trial step between a and b. The search ends where the next interpolation
  * moves so little that its error is below rounding, and where the guard no longer falls: it then
  * consists of rounding errors of positions, in a slow contact over many such places. */
@@ -99,21 +105,22 @@ static double root(stein_sim *sim, double h, int i, sample a, sample b)
         a.theta += just_behind * (b.theta - a.theta);
         a.g = stein__guard_at(sim, h, a.theta, i);
     }
-    if ((a.g > 0.0) == (b.g > 0.0)) {
+    if (is_before(sim, i, a.g) == is_before(sim, i, b.g)) {
         return a.theta; // on the wrong side from the start, by rounding: switch at once
     }
     double small = rounded * (fabs(a.g) + fabs(b.g)), share = a.g / (a.g - b.g);
     sample least = {a.theta, INFINITY};
-    int stuck = 0; // looks in a row that brought it no nearer to 0
+    int sticks = i >= sim->nguard; // 0 for a while is no root
+    int stuck = 0;                 // looks in a row that brought it no nearer to 0
     for (int n = 0; n < MAX_ROOT_ITERATIONS; n++) {
         double theta = a.theta + share * (b.theta - a.theta);
         sample x = {theta, stein__guard_at(sim, h, theta, i)};
-        stuck = fabs(least.g) < small && fabs(x.g) > 0.5 * fabs(least.g) ? stuck + 1 : 0;
+        stuck = !sticks && fabs(least.g) < small && fabs(x.g) > 0.5 * fabs(least.g) ? stuck + 1 : 0;
         least = fabs(x.g) < fabs(least.g) ? x : least;
-        if (x.g == 0.0 || stuck > 1) {
+        if ((x.g == 0.0 && !sticks) || stuck > 1) {
             return least.theta;
         }
-        int beyond = (x.g > 0.0) != (a.g > 0.0);
+        int beyond = is_before(sim, i, x.g) != is_before(sim, i, a.g);
         sample c = beyond ? b : a;
         b = beyond ? a : b;
         a = x;
@@ -123,7 +130,7 @@ static double root(stein_sim *sim, double h, int i, sample a, sample b)
             return a.theta + change;
         }
     }
-    return least.theta;
+    return sim->nguard <= i ? a.theta : least.theta;
 }
 
 static void emit(stein_sim *sim, stein_event_kind kind, int index, int phase)
@@ -229,7 +236,7 @@ static int likely_first(const stein_sim *sim, const double *from, const double *
     double least = INFINITY;
     for (int i = 0; i < sim->nswitch; i++) {
         if (sim->crossed[i]) {
-            int straight = (from[i] > 0.0) != (to[i] > 0.0);
+            int straight = is_before(sim, i, from[i]) != is_before(sim, i, to[i]);
             double theta = straight ? from[i] / (from[i] - to[i]) : 0.0;
             first = theta < least ? i : first;
             least = fmin(theta, least);
@@ -346,9 +353,10 @@ void stein__accept(stein_sim *sim, double t1)
     memcpy(sim->q, sim->q1, sizeof *sim->q * nq);
     memcpy(sim->qd, sim->qd1, sizeof *sim->qd * nq);
     memcpy(sim->qdd, sim->qdd1, sizeof *sim->qdd * nq);
-    if (sim->model->nrow > 0 && sim->loop.passes && sim->head->t + sim->loop.singular < t1) {
+    if (sim->model->nrow > 0 && sim->head->t + sim->loop.pass <= t1) {
         sim->loop.passed++;
-        sim->loop.last = sim->head->t + sim->loop.singular;
+        sim->loop.last = sim->head->t + sim->loop.pass;
+        sim->loop.pass = INFINITY;
     }
     sim->head->t = t1;
     sim->fresh = FRESH;
@@ -433,7 +441,7 @@ static stein_status substep_in_chart(stein_sim *sim, double target, int n, stein
         return STEIN_OK;
     }
     int located = n < most_located(sim);
-    double theta = located ? stein__first_root(sim, h, 0.0, 1.0) : 0.0;
+    double theta = located ? fmin(stein__first_root(sim, h, 0.0, 1.0), 1.0) : 0.0;
     int moves = sim->head->t + theta * h > sim->head->t;
     if (!located || (!moves && n > 0 && sim->model->nstick == 0)) {
         return stein__take_rest(sim, target, err);

@@ -10,8 +10,8 @@
 
 #include "diagnosis.h"
 
-static const double no_gain = 0.98;    /* ratio of errors */
-static const double far = 50.0;        /* chi2/dof from which a gain has to be beyond doubt */
+static const double no_gain = 0.98; /* ratio of errors */
+static const double far = 50.0;     /* chi2/dof from which a gain has to be beyond doubt */
 
 /* the row with all causes of one but this; NULL: there is none */
 static const diag__row *row_without(const diag__table *t, const diag__row *row,

@@ -182,7 +182,7 @@ const char *lab_effect_share(const lab_effect *effect)
 
 const char *lab_effect_family(const lab_effect *effect)
 {
-    return effect != NULL ? effect->family : "unknown";
+    return effect != NULL && effect->family != NULL ? effect->family : "unknown";
 }
 
 const char *lab_site_text(lab_site site)
