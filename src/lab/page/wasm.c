@@ -26,6 +26,7 @@ typedef struct job {
     char *sysroot;
     const char *model; /* its name; not owned */
     int reactions;     /* outputs that read one: else what finds them is left out */
+    int loops;         /* conditions: else what passes singular positions is left out */
 } job;
 
 static void free_job(job *j)
@@ -88,6 +89,7 @@ static stein_status name_files(job *j, const stein_model *equations, const lab_o
     j->sysroot = lab__text("%s", sysroot());
     j->model = equations->name;
     j->reactions = equations->nreaction;
+    j->loops = equations->nrow;
     int complete = j->folder != NULL && j->core != NULL && j->equations != NULL &&
                    j->module != NULL && j->work != NULL && j->sysroot != NULL;
     return complete ? STEIN_OK : lab__no_memory(err);
@@ -210,7 +212,8 @@ static void forget_core(const job *j)
 
 static int is_wanted(const job *j, const char *name)
 {
-    return j->reactions > 0 || strcmp(name, "src/core/reaction.c") != 0;
+    return (j->reactions > 0 || strcmp(name, "src/core/reaction.c") != 0) &&
+           (j->loops > 0 || strcmp(name, "src/core/singular.c") != 0);
 }
 
 static stein_status link_module(const job *j, stein_err *err)
@@ -221,6 +224,9 @@ static stein_status link_module(const job *j, stein_err *err)
     lab__command_add(&words, lab__text("-DPAGE_MODEL=%s", j->model));
     if (j->reactions == 0) {
         lab__command_split(&words, "-DPAGE_WITHOUT_REACTIONS");
+    }
+    if (j->loops == 0) {
+        lab__command_split(&words, "-DPAGE_WITHOUT_LOOPS");
     }
     lab__command_split(&words, "-o");
     lab__command_add(&words, lab__text("%s", j->fresh));
