@@ -247,6 +247,8 @@ stein_status stein__loops_project(stein_sim *sim, double t, stein_err *err);
 void stein__singular_look(stein_sim *sim, double h);
 /* is it so near that a step of h has to mind it? */
 int stein__singular_is_near(const stein_sim *sim, double h);
+/* is a pivot nearly lost at t? */
+int stein__singular_is_close(const stein_sim *sim, double t);
 /* the derivative {qd, qdd} of a stage near it, whose xq, xqd come onto the loops */
 stein_status stein__singular_derive(stein_sim *sim, double t, int at_end, double *k,
                                     stein_err *err);

@@ -42,11 +42,6 @@ double stein__loops_speeds(stein_sim *sim, const double *M, const unsigned char 
 /* the loop that is open widest, as it was looked at last */
 const char *stein__worst_loop(const stein_sim *sim, double *gap, int *is_length);
 
-/* ---- singular.c ---- */
-
-/* is a pivot nearly lost at t? */
-int stein__singular_is_close(const stein_sim *sim, double t);
-
 /* ---- assemble.c ---- */
 
 /* Newton from q, steps of least length, shortened until the gaps shrink; `kept` (nullable) joints

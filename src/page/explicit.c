@@ -6,7 +6,6 @@
 #include <math.h>
 
 #include "core.h"
-#include "loops.h"
 
 size_t stein__implicit_size(const stein_model *model, stein_integrator integrator)
 {
