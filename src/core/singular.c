@@ -152,7 +152,8 @@ static stein_status take_means(stein_sim *sim, double t, stein_err *err)
     memcpy(about + n, sim->xqd, sizeof *about * (size_t)n);
     sim->inside = INSIDE;
     for (int i = 0; i < 6 && status == STEIN_OK; i++) {
-        double w = weight[i / 2], s = (i % 2 ? 1.0 : -1.0) * (double)(1 + i / 2) * l->spacing;
+        int away = 1 + i / 2; // spacings, on either side
+        double w = weight[away - 1], s = (i % 2 ? 1.0 : -1.0) * away * l->spacing;
         for (int j = 0; j < n; j++) {
             sim->xq[j] = about[j] + s * about[n + j];
             sim->xqd[j] = about[n + j];

@@ -194,7 +194,7 @@ static const char *channel_unit(const mechanism *m, const mech_channel *c)
 /** The kind of output of an element that a word names; -1 after noting a problem. */
 static int read_kind(mech__reader *rd, const mech__node *node, mech_thing of)
 {
-    int kinds[STEIN_READ_KINDS], n = 0;
+    int kinds[STEIN_READ_KINDS] = {0}, n = 0;
     const char *words = "";
 
     for (int read = 0; read < STEIN_READ_KINDS && words; read++) {
