@@ -188,8 +188,8 @@ typedef struct lab_power {
     double detectable;   /* least amount that would have been named with 95 % probability */
     double upper;        /* 95 % upper limit of its true amount */
     const char *because; /* a reason in words; NULL: not judged */
-    int beside; /* 1: it may act beside the causes, whose intervals allow for it: it gains too
-                 * little to be named, but 0 is three standard deviations away */
+    int beside; /* 1: it gains too little to be named, but its amount is three standard deviations
+                 * from 0. The intervals of the causes contain what they would be beside it. */
 } lab_power;
 
 /** Joint distribution of all numbers of a fit, near its end: z is the logarithm of a number that

@@ -249,7 +249,8 @@ void stein__singular_look(stein_sim *sim, double h);
 int stein__singular_is_near(const stein_sim *sim, double h);
 /* is a pivot nearly lost at t? */
 int stein__singular_is_close(const stein_sim *sim, double t);
-/* the derivative {qd, qdd} of a stage near it, whose xq, xqd come onto the loops */
+/* Near a singular position: puts xq, xqd of a stage onto the loops, then its derivative {qd, qdd}
+ * into k. @param at_end  1: of the end of a step, which is on them already */
 stein_status stein__singular_derive(stein_sim *sim, double t, int at_end, double *k,
                                     stein_err *err);
 /* the state onto the loops, from where it is; as_stated: what the file gives stays, if it can.

@@ -215,9 +215,10 @@ static int wrench_of_null(const work *k, int i, double most, wrench6 *w)
     return any;
 }
 
-/* The forces k->null do no work, so they could have any size. They are taken for 0, and so for
- * determined, under two conditions: they act across the plane of hinges whose axes are parallel in
- * every position, and no joint of the loop transmits a load in their direction. */
+/* The forces k->null do no work, so the equations of motion leave their size open. They are set to
+ * 0 and count as determined if two things hold. The hinges of the loop have parallel axes in every
+ * position, and the forces act across the plane of those hinges. No joint of the loop transmits a
+ * load in the direction of the forces. */
 static int is_open(const work *k, double most)
 {
     const stein_sim *sim = k->sim;

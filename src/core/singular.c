@@ -217,16 +217,15 @@ static double spacing_of(const stein_sim *sim)
 }
 
 /* time of the zero of pivot k, of which J loses rank there, as if it changed evenly or, in the next
- * step, exactly; INFINITY: none that is near. pivots at h are in y. */
+ * step, exactly; INFINITY: none that is near. Pivots at the begin are in x, at h in b. */
 static double lost_at(stein_sim *sim, int k, double h)
 {
     stein__loops *l = &sim->loop;
-    double begin = l->x[k], s = begin / (begin - l->y[k]) * h;
+    double begin = l->x[k], s = begin / (begin - l->b[k]) * h;
     if (!(fabs(s) < fmax(near_by * h, l->spacing)) || !(left_at(sim, k, begin, s) < nearly)) {
         return INFINITY;
     }
-    pivots_at(sim, h);
-    return l->y[k] * begin < 0.0 ? zero_of(sim, k, h) : s;
+    return l->b[k] * begin < 0.0 ? zero_of(sim, k, h) : s;
 }
 
 void stein__singular_look(stein_sim *sim, double h)
@@ -250,6 +249,7 @@ void stein__singular_look(stein_sim *sim, double h)
     pivots_at(sim, 0.0);
     memcpy(l->x, l->y, sizeof *l->x * (size_t)n);
     pivots_at(sim, h);
+    memcpy(l->b, l->y, sizeof *l->b * (size_t)n);
     for (int k = 0; k < l->rank_found; k++) {
         double s = lost_at(sim, k, h);
         l->lost[l->row[k]] = sim->head->t + s;
@@ -257,7 +257,6 @@ void stein__singular_look(stein_sim *sim, double h)
         if (s > 0.0 && s <= h && s < l->pass && left_at(sim, k, l->x[k], s) < lost) {
             l->pass = s;
         }
-        pivots_at(sim, h);
     }
     if (stein__singular_is_close(sim, sim->head->t)) {
         begin_close(sim);

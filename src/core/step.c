@@ -130,7 +130,7 @@ static double root(stein_sim *sim, double h, int i, sample a, sample b)
             return a.theta + change;
         }
     }
-    return sim->nguard <= i ? a.theta : least.theta;
+    return sticks ? a.theta : least.theta;
 }
 
 static void emit(stein_sim *sim, stein_event_kind kind, int index, int phase)
@@ -252,7 +252,8 @@ static int is_twin(const stein_sim *sim, int i, int k, const double *there)
     return i < sim->nguard && k < sim->nguard && fabs(there[i]) == fabs(there[k]);
 }
 
-/* a guard before guard i, not k, whose root is known and is that of i; -1: none */
+/* Of the guards before i, without k, one whose known root is a root of i as well; -1: there is none
+ */
 static int twin_before(stein_sim *sim, double h, int i, int k)
 {
     for (int j = 0; j < i && i < sim->nguard; j++) {

@@ -121,9 +121,10 @@ static double product(const double *a, const double *b, int n)
     return sum;
 }
 
-/* Is there nothing that a force at this row moves? A joint whose motion is prescribed counts with
- * the mass that stands in M for it (1 without loops, inputs.c): a part of the row that is only
- * rounding moves little beside it. */
+/* Does a force at this row move nothing? S_rr is the acceleration that a unit force there causes.
+ * It is compared with that of the same masses, each free by itself. A joint whose motion is
+ * prescribed has the mass that M contains for it (1 without loops, inputs.c). What only rounding
+ * moves is locked. */
 static int is_locked(const stein_sim *sim, int r)
 {
     int nq = sim->model->nq;

@@ -321,7 +321,6 @@ typedef enum {
 
 /** A kind of output. */
 typedef struct mech_output_kind {
-    int read;            /* stein_read_kind */
     mech_thing of, also; /* elements that have it */
     const char *word;    /* of `read:` or `energy:` */
     const char *name;    /* "tangent": STEIN_READ_TANGENT */

@@ -181,7 +181,7 @@ int diag__drop_unshown(diagnosis *d)
             continue;
         }
         const diag__row *row = row_without(&d->t, best, &s->candidate);
-        // few reporting records may not show what the fitted ones do not do without
+        // reporting records may be too few to show what the fitted ones need
         int required = row != NULL && !more && row->chi2_dof > d->setting.most_noise;
         int contradicted = s->own_lo > 1.0;
         if (row != NULL && diag__is_possible(&d->q, row) && (contradicted || !required)) {
@@ -230,10 +230,10 @@ stein_status diag__is_shown(const diagnosis *d, int *yes, stein_err *err)
         return STEIN_OK;
     }
     stein_status status = diag__report(least, &d->reporting, &without, &why);
-    status = status == STEIN_OK ? diag__compare(&without, &d->after, &g, &why) : status;
     if (status == STEIN_OK && best->chi2_dof <= d->setting.most_noise) {
         *yes = !contradict(best, &without, &d->after);
-    } else { // where more than noise is left, it has to be nearer by more than that may do
+    } else if (status == STEIN_OK) { // an improvement may be due to what is left besides noise
+        status = diag__compare(&without, &d->after, &g, &why);
         int clear = best->chi2_dof <= far || g.hi < 1.0;
         *yes = !isfinite(g.ratio) || (clear && g.ratio < no_gain);
     }

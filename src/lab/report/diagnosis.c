@@ -2,6 +2,7 @@
  * diagnosis.c - a diagnosis: its words, its contents, its release.
  */
 #include <stdlib.h>
+#include <string.h>
 
 #include "curve.h"
 #include "motion.h"
@@ -12,6 +13,16 @@ const char *lab_verdict_text(lab_verdict verdict)
                                        "input",         "missing_effect",  "unknown_effect",
                                        "not_converged", "unusable_model"};
     return text[verdict];
+}
+
+lab_verdict diag__verdict_of(const lab_effect *effect)
+{
+    for (int v = LAB_VERDICT_WRONG_PARAMETER; effect && v <= LAB_VERDICT_MISSING_EFFECT; v++) {
+        if (strcmp(effect->cls, lab_verdict_text((lab_verdict)v)) == 0) {
+            return (lab_verdict)v;
+        }
+    }
+    return LAB_VERDICT_MISSING_EFFECT;
 }
 
 const char *diag__verdict_words(lab_verdict verdict)

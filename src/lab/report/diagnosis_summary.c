@@ -19,27 +19,15 @@ static int has_law(const lab_diagnosis *d)
 
 /* ---- the first screen ---- */
 
-/* the verdict that a cause would have alone */
-static lab_verdict verdict_of(const lab_suspect *s)
-{
-    const lab_effect *e = s->candidate.effect;
-    for (int v = LAB_VERDICT_WRONG_PARAMETER; e != NULL && v <= LAB_VERDICT_MISSING_EFFECT; v++) {
-        if (strcmp(e->cls, lab_verdict_text((lab_verdict)v)) == 0) {
-            return (lab_verdict)v;
-        }
-    }
-    return LAB_VERDICT_MISSING_EFFECT;
-}
-
 /* the causes of one kind of verdict, where they are `mixed`; else all */
 static void causes_of(FILE *f, const lab_diagnosis *d, lab_verdict v, int mixed)
 {
     int n = 0, k = 0;
     for (int i = 0; i < d->ncause && i < d->nsuspect; i++) {
-        n += !mixed || verdict_of(&d->suspect[i]) == v;
+        n += !mixed || diag__verdict_of(d->suspect[i].candidate.effect) == v;
     }
     for (int i = 0; i < d->ncause && i < d->nsuspect; i++) {
-        if (!mixed || verdict_of(&d->suspect[i]) == v) {
+        if (!mixed || diag__verdict_of(d->suspect[i].candidate.effect) == v) {
             fputs(k == 0 ? "" : k + 1 < n ? ", " : " and ", f);
             page__cause(f, &d->suspect[i].candidate);
             k++;
@@ -64,10 +52,11 @@ static void headline(FILE *f, const lab_diagnosis *d)
         return;
     }
     for (int i = 1; i < d->ncause && i < d->nsuspect; i++) {
-        mixed |= verdict_of(&d->suspect[i]) != verdict_of(&d->suspect[0]);
+        mixed |= diag__verdict_of(d->suspect[i].candidate.effect) !=
+                 diag__verdict_of(d->suspect[0].candidate.effect);
     }
     for (int i = 0; i < d->ncause && i < d->nsuspect; i++) {
-        lab_verdict v = mixed ? verdict_of(&d->suspect[i]) : d->verdict;
+        lab_verdict v = mixed ? diag__verdict_of(d->suspect[i].candidate.effect) : d->verdict;
         if (!said[v]) {
             fprintf(f, "%s%s: ", n++ > 0 ? ". " : "", begin[v]);
             causes_of(f, d, v, mixed);

@@ -225,9 +225,9 @@ static void take_derivative(const diag__work *w, diag__secant *c, const lab_cand
     c->why = sqrt(square / fmax(1.0, p->samples)) < visible ? unseen : NULL;
 }
 
-/* What nobody reaches - a gap as wide as the motion - may be seen where it begins earlier: once
- * more with the number beside the amount at the least of its range. @param list  any order
- * afterwards */
+/* A gap as wide as the motion shows in no record, a smaller one may: columns that show nothing once
+ * more, with the number beside the amount at the low end of its range.
+ * @param list  [n] room; its contents are lost */
 static stein_status from_less(diag__work *w, diag__secant **list, int n, stein_err *err)
 {
     const lab_candidate *all = w->row->in->candidate;

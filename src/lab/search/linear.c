@@ -382,7 +382,7 @@ static stein_status keep_columns(diag__work *w, diag__linear *l, stein_err *err)
         if (c->why == NULL && !base_only) {
             G[l->n] = c->G;
             l->step[l->n] = c->step;
-            l->side[l->n] = c->side;
+            l->side[l->n] = c->side < 0.0 ? c->side : NAN;
             l->price[l->n] = diag__price(w->q, c->cause);
             l->cause[l->n++] = c->cause;
         }

@@ -30,10 +30,10 @@ int diag__proposal_of(const diag__linear *l, const int *set, int n, double *amou
     to->expected = diag__expected(l, set, n, amount, gain);
     for (int k = 0; k < n; k++) {
         for (int i = 0; i < n; i++) {
-            int at = l->cause[set[i]] == h.cause[k];
-            to->amount[k] = at ? amount[i] : to->amount[k];
-            to->side[k] =
-                at && l->side != NULL && l->side[set[i]] < 0.0 ? l->side[set[i]] : to->side[k];
+            if (l->cause[set[i]] == h.cause[k]) {
+                to->amount[k] = amount[i];
+                to->side[k] = l->side != NULL ? l->side[set[i]] : NAN;
+            }
         }
     }
     return 1;

@@ -110,12 +110,13 @@ static int is_twin(const lab_candidate *a, const lab_candidate *b)
     return is_word && strcmp(a->place, b->place) == 0;
 }
 
-/* A number of the file in the place of a clock that is off: the likelier one of two that act alike.
- */
-static int is_number_for_clock(const diag__linear *l, int own, int c, const diag__problem *q)
+/* What acts like a clock that is off, and is the likelier one: a number of the file, or the scale
+ * of a channel. */
+static int is_likelier(const diag__problem *q, const diag__linear *l, int own, int c)
 {
+    const lab_effect *other = diag__base(q, l->cause[c])->effect;
     return diag__base(q, l->cause[own])->effect->site == LAB_AT_CLOCK &&
-           diag__base(q, l->cause[c])->effect->site == LAB_AT_PARAMETER &&
+           (other->site == LAB_AT_PARAMETER || strcmp(other->kind, "sensor_gain") == 0) &&
            diag__likeness(l, own, c) > the_same;
 }
 
@@ -145,8 +146,7 @@ static int twin(const diag__problem *q, const diag__table *t, const diag__linear
         const lab_candidate *own = diag__base(q, l->cause[i]);
         for (int c = l->own; c < l->n && found < most; c++) {
             const lab_candidate *other = diag__base(q, l->cause[c]);
-            int alike =
-                is_twin(own, other) || is_twin(other, own) || is_number_for_clock(l, i, c, q);
+            int alike = is_twin(own, other) || is_twin(other, own) || is_likelier(q, l, i, c);
             if (!diag__is_scoped(q, l->cause[c]) && alike && take(l, i, i, c, &out[found])) {
                 out[found].by = &diag__propose_twin;
                 found += 1 + more_starts(other, l->cause[c], &out[found], most - found);

@@ -12,7 +12,6 @@
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "proposals.h"
 
@@ -26,14 +25,13 @@ enum {
     FREE_RECORDS = 16,
     FAR_RECORDS = 6,
     HELD_RECORDS = 5,
-    MANY = 5,  /* records for a cause */
     TRIES = 3, /* fits of one hypothesis because a better end is expected */
     HELD = 1,
     FREE = 2
 };
 static const double held = 0.05;      /* gain of the observer, of a sample */
 static const double near = 25.0;      /* chi2/dof up to which the free linear model comes first */
-static const double noise_like = 1.5; /* the same up to which the held one is not needed */
+const double diag__noise_like = 1.5;  /* the same up to which the held one is not needed */
 static const double far = 400.0;      /* the same up to which it is worth a look */
 static const double slack = 0.05;     /* of chi2/dof: no law is exactly that of the file */
 static const double by_chance = 3.0;  /* sd of chi2/dof: more is looked into */
@@ -45,12 +43,9 @@ static const double rounding = 12.0;  /* of -2 ln L that linear predictions miss
 const double diag__unended = 50.0;    /* of -2 ln L that a fit may end above its minimum */
 const double diag__least_gain = 25.0; /* of -2 ln L: a cause is named from there on */
 static const double worth = 12.0;     /* the same of what is predicted: worth a fit */
-static const double tiny = 1e-6;      /* variance of noise, in the stated one */
 static const double of_excess = 0.05; /* a cause more has to explain that share of it */
 static const double of_scope = 0.1;   /* the same of one that acts in some records only */
 static const double of_part = 0.1;    /* the same of a part, to be kept for later */
-static const double of_starts = 0.1;  /* what uncertain initial states may leave of a misfit */
-static const double lost_starts = 100.0; /* chi2/dof: laws of contacts look like starts in less */
 
 double diag__most_noise(const diag__problem *q, const fit__problem *p)
 {
@@ -104,8 +99,8 @@ static int next_look(const diag__table *t, const diag__row *row)
         }
     }
     int first = diag__observer_gain(row) > 0.0 ? HELD : FREE, then = HELD + FREE - first;
-    int more =
-        row->chi2_dof > noise_like && (then == HELD || row->scale > 1.0 || row->chi2_dof < far);
+    int more = row->chi2_dof > diag__noise_like &&
+               (then == HELD || row->scale > 1.0 || row->chi2_dof < far);
     return !(seen & first) ? first : more && !(seen & then) ? then : 0;
 }
 
@@ -165,11 +160,6 @@ static const diag__proposer *const proposer[] = {
     &diag__propose_merge, &diag__propose_drop,  &diag__propose_restart, &diag__propose_twin};
 enum { PROPOSERS = sizeof proposer / sizeof *proposer };
 const diag__proposer diag__step_null = {.letter = '0', .name = "no cause"};
-const diag__proposer diag__step_settings = {
-    .letter = 'S', .name = "settings that are off by what their digits allow"};
-const diag__proposer diag__step_noise = {.letter = 'N', .name = "again, with estimated noise"};
-const diag__proposer diag__step_bodies = {.letter = 'B',
-                                          .name = "again, with the numbers of bodies free"};
 
 /* One of two causes may be enough. A linear model cannot decide that where the effect of an amount
  * is not linear. So the one that is expected to explain more is fitted before both. */
@@ -257,7 +247,7 @@ static diag__fate is_worth(const diag__problem *q, const diag__table *t, const d
         return had == NULL ? DIAG_TRIED : DIAG_NOT_NEW;
     }
     if (p->by->only_near) { // it is no answer to what leaves much more than noise
-        int here = l->row->chi2_dof < noise_like;
+        int here = l->row->chi2_dof < diag__noise_like;
         return had != NULL ? DIAG_NOT_NEW : here ? DIAG_TRIED : DIAG_ELSEWHERE;
     }
     double most = best->objective + diag__convincing + rounding;
@@ -307,8 +297,10 @@ static stein_status try_aside(diag__problem *q, diag__table *t, int *better, ste
     int needed = best->h.n > 1 || !diag__leaves_noise(q, best);
     for (int i = 0; needed && i < t->naside && status == STEIN_OK && !diag__is_spent(q); i++) {
         diag__row *one = NULL;
-        if (diag__find(t, &t->aside[i].h) == NULL) {
-            status = diag__try(q, t, &t->aside[i], &one, err);
+        diag__proposal part = t->aside[i];
+        part.parent = diag__index(t, diag__best(q, t, 0)); // there may be another null row by now
+        if (diag__find(t, &part.h) == NULL) {
+            status = diag__try(q, t, &part, &one, err);
         }
     }
     *better = status == STEIN_OK && diag__incumbent(q, t) != best;
@@ -324,9 +316,9 @@ static stein_status expand(diag__problem *q, diag__table *t, diag__row *row, int
     stein_err why = {STEIN_OK, ""};
     double gain = look == HELD ? held : 0.0;
     // what leaves much more than noise shows in a few records
-    int records = look == HELD                 ? HELD_RECORDS
-                  : row->chi2_dof > noise_like ? FAR_RECORDS
-                                               : FREE_RECORDS;
+    int records = look == HELD                       ? HELD_RECORDS
+                  : row->chi2_dof > diag__noise_like ? FAR_RECORDS
+                                                     : FREE_RECORDS;
     row->expanded |= look;
     stein_status status = diag__linearise(q, row, gain, records, &l, &why);
     int n = status == STEIN_OK ? collect(q, t, &l, list) : 0, tried = 0, i = 0;
@@ -390,7 +382,7 @@ static stein_status expand_until_best(diag__problem *q, diag__table *t, stein_er
     return status;
 }
 
-static stein_status expand_all(diag__problem *q, diag__table *t, stein_err *err)
+stein_status diag__expand_all(diag__problem *q, diag__table *t, stein_err *err)
 {
     diag__row *again = NULL;
     int part = 0;
@@ -403,172 +395,6 @@ static stein_status expand_all(diag__problem *q, diag__table *t, stein_err *err)
     status = status == STEIN_OK ? diag__try_each(q, t, err) : status;
     int better = diag__incumbent(q, t) != best;
     return status == STEIN_OK && better ? expand_until_best(q, t, err) : status;
-}
-
-/* the hypothesis without what cannot be told any more */
-static diag__hypothesis testable(const diag__problem *q, diag__hypothesis h)
-{
-    for (int i = h.n - 1; i >= 0; i--) {
-        int told = q->untestable[diag__base(q, h.cause[i]) - q->candidate] == NULL;
-        h = told ? h : diag__without(h, h.cause[i]);
-    }
-    return h;
-}
-
-stein_status diag__fit_again(diag__problem *q, diag__table *t, const diag__proposer *by,
-                             stein_err *err)
-{
-    stein_status status = STEIN_OK;
-    int rows[DIAG_CAUSES + 1], n = 0;
-    for (int k = 0; k <= DIAG_CAUSES; k++) {
-        rows[n] = diag__index(t, diag__best(q, t, k));
-        n += rows[n] >= 0;
-    }
-    for (int k = 0; k < t->n; k++) { // rows so far have other objectives
-        t->row[k]->superseded = 1;
-    }
-    for (int k = 0; status == STEIN_OK && k < n; k++) {
-        diag__row *one = NULL;
-        int anew = by == &diag__step_bodies; // numbers of the file are free that were none
-        diag__proposal again =
-            diag__as_parent(testable(q, t->row[rows[k]]->h), anew && k == 0 ? -1 : rows[k], by);
-        again.held = anew;
-        if (diag__find(t, &again.h) == NULL) {
-            status = diag__try(q, t, &again, &one, err);
-        }
-    }
-    return status;
-}
-
-/* A row's hypothesis once more. Instead of wrong settings it has settings that are off by what
- * their digits allow: a variance of all records, which costs as much as it explains. Causes that
- * leave nearly noise beside settings as they are stated do not need it. */
-static stein_status loosen(diag__problem *q, diag__table *t, const diag__row *row, stein_err *err)
-{
-    diag__row *one = NULL;
-    diag__proposal rough = diag__as_parent(row->h, diag__index(t, row), &diag__step_settings);
-    rough.rough = 1;
-    for (int i = row->h.n - 1; i >= 0; i--) {
-        if (diag__base(q, row->h.cause[i])->effect->site == LAB_AT_SETTING) {
-            rough.h = diag__without(rough.h, row->h.cause[i]);
-        }
-    }
-    int had = rough.h.n == row->h.n && row->h.n > 0 && row->chi2_dof < noise_like;
-    for (int i = 0; i < t->n; i++) {
-        had |= t->row[i]->rough && !t->row[i]->superseded && diag__equals(&t->row[i]->h, &rough.h);
-    }
-    return had || diag__is_spent(q) ? STEIN_OK : diag__try(q, t, &rough, &one, err);
-}
-
-/* are there settings that are initial states, or others? */
-static int has_setting(const diag__problem *q, int initial)
-{
-    int yes = 0;
-    for (int i = q->n; i < q->n + q->nsetting; i++) {
-        yes |= (strstr(q->candidate[i].place, ".initial.") != NULL) == initial;
-    }
-    return yes;
-}
-
-/* Nobody lets go to the digit of an encoder: where uncertain initial states explain most of a
- * gross misfit, though not all of it, they are uncertain in all rows; causes would be searched
- * beside what starts do. Where they explain all of it, one cause may do so, too: evidence decides
- * in the end (with_settings). */
-static stein_status doubt_starts(diag__problem *q, diag__table *t, diag__row *exact, stein_err *err)
-{
-    diag__proposal null = {.h = {.n = 0}, .parent = -1, .by = &diag__step_settings};
-    diag__row *loose = NULL;
-    if (!has_setting(q, 1) || exact->chi2_dof < lost_starts || diag__is_spent(q)) {
-        return STEIN_OK;
-    }
-    q->fit_def.settings = LAB_SETTINGS_STARTS;
-    stein_status status = diag__problem_null(q, err);
-    status = status == STEIN_OK ? diag__try(q, t, &null, &loose, err) : status;
-    int taken = status == STEIN_OK && loose != NULL && loose->failed == NULL &&
-                loose->chi2_dof - 1.0 < of_starts * (exact->chi2_dof - 1.0) &&
-                !diag__leaves_noise(q, loose);
-    if (taken) {
-        exact->superseded = 1;
-        return STEIN_OK;
-    }
-    if (loose != NULL) {
-        loose->superseded = 1;
-    }
-    q->fit_def.settings = 0;
-    stein_status again = status != STEIN_ENOMEM ? diag__problem_null(q, err) : status;
-    return status == STEIN_OK ? again : status;
-}
-
-/* Settings that are off by what their digits allow, where there is something to explain: without a
- * cause, and with those of the best hypothesis beside wrong settings. */
-static stein_status with_settings(diag__problem *q, diag__table *t, stein_err *err)
-{
-    const diag__row *best = diag__incumbent(q, t), *null = diag__best(q, t, 0);
-    int unsure = best->h.n > 0 || best->chi2_dof > diag__most_noise(q, &q->null);
-    int exact = q->fit_def.settings == LAB_SETTINGS_STARTS ? has_setting(q, 0) : q->nsetting > 0;
-    if (!exact || !unsure) {
-        return STEIN_OK;
-    }
-    // settings that are off in every record by another amount are not explained by few causes
-    int told = best->h.n > 0 && MANY * best->h.n <= best->p.nstroke &&
-               diag__leaves_noise(q, best) && null != NULL && null->chi2_dof > noise_like;
-    stein_status status = null != NULL && !told ? loosen(q, t, null, err) : STEIN_OK;
-    status = status == STEIN_OK && best->h.n > 0 ? loosen(q, t, best, err) : status;
-    return status == STEIN_OK && diag__incumbent(q, t)->rough ? expand_all(q, t, err) : status;
-}
-
-/* What the best hypothesis leaves is more than the noise that was stated, or less: the search goes
- * on with noise that is estimated. What had to be named with more noise than there is has to be
- * named: then the table stays as it was. */
-static stein_status with_noise(diag__problem *q, diag__table *t, stein_err *err)
-{
-    const diag__row *best = diag__incumbent(q, t);
-    double most = diag__most_noise(q, &q->null);
-    int less = best->chi2_dof < 2.0 - most;
-    diag__standing kept = {.rows = 0};
-    if (diag__is_spent(q) || !(less || best->chi2_dof > most)) {
-        return STEIN_OK;
-    }
-    q->least_noise = less ? tiny : 1.0;
-    stein_status status = diag__note_standing(t, &kept, err);
-    q->scale_free = 1;
-    status = status == STEIN_OK ? diag__fit_again(q, t, &diag__step_noise, err) : status;
-    if (status == STEIN_OK && diag__best(q, t, -1) == NULL) { // none could be fitted again
-        q->scale_free = 0;
-        diag__take_back(q, t, &kept);
-        free(kept.superseded);
-        return STEIN_OK;
-    }
-    status = status == STEIN_OK ? expand_all(q, t, err) : status;
-    if (status == STEIN_OK && less && best->h.n > 0) {
-        const diag__row *now = diag__incumbent(q, t), *null = diag__best(q, t, 0);
-        double gain = null != NULL ? null->objective - now->objective : (double)INFINITY;
-        if (now->h.n < best->h.n || gain < diag__least_gain * now->h.n) {
-            q->scale_free = 0;
-            diag__take_back(q, t, &kept);
-        }
-    }
-    free(kept.superseded);
-    return status;
-}
-
-/* No hypothesis leaves noise: once more with the numbers of the bodies free. What these explain by
- * themselves is no effect, and the table stays as it was. */
-static stein_status with_bodies(diag__problem *q, diag__table *t, stein_err *err)
-{
-    diag__bodies b;
-    if (diag__is_spent(q) || diag__incumbent(q, t)->chi2_dof <= diag__most_noise(q, &q->null)) {
-        return STEIN_OK;
-    }
-    stein_status status = diag__bodies_begin(q, t, &b, err);
-    if (b.free && status == STEIN_OK) {
-        status = expand_all(q, t, err);
-        int none = status == STEIN_OK && diag__incumbent(q, t)->h.n == 0;
-        stein_status end = diag__bodies_end(q, t, &b, none, err);
-        return status == STEIN_OK ? end : status;
-    }
-    free(b.kept.superseded);
-    return status;
 }
 
 /* Where a fit leaves less than the noise of a measured force would cause, that noise acted on the
@@ -596,11 +422,11 @@ stein_status diag__search(diag__problem *q, diag__table *t, stein_err *err)
     if (status == STEIN_OK && q->trace != NULL) {
         diag__trace_row(q->trace, q, t, row);
     }
-    status = status == STEIN_OK ? doubt_starts(q, t, row, err) : status;
-    status = status == STEIN_OK ? expand_all(q, t, err) : status;
-    status = status == STEIN_OK ? with_settings(q, t, err) : status;
-    status = status == STEIN_OK && !q->scale_free ? with_noise(q, t, err) : status;
-    status = status == STEIN_OK ? with_bodies(q, t, err) : status;
+    status = status == STEIN_OK ? diag__doubt_starts(q, t, row, err) : status;
+    status = status == STEIN_OK ? diag__expand_all(q, t, err) : status;
+    status = status == STEIN_OK ? diag__with_settings(q, t, err) : status;
+    status = status == STEIN_OK && !q->scale_free ? diag__with_noise(q, t, err) : status;
+    status = status == STEIN_OK ? diag__with_bodies(q, t, err) : status;
     if (status == STEIN_OK) {
         limit_input_noise(q, diag__incumbent(q, t));
     }

@@ -11,6 +11,7 @@
  *   linear.c       the same, all else refitted linearly
  *   propose_*.c    proposers: which hypothesis, from which start, is worth its cost
  *   search.c       proposals in the order of their expected gain, until the budget is spent
+ *   search_again.c the same under other assumptions of settings, noise and bodies
  *   simpler.c      hypotheses that no proposer makes: without an idle cause
  *   single_causes.c  likewise: every single cause
  *   bodies.c       masses, centres and inertias without a tolerance, refitted where nothing fits
@@ -143,7 +144,7 @@ typedef struct diag__linear {
     int *cause;          /* [n] candidate */
     double *price;       /* [n] of its choice; NULL: none */
     double *step;        /* [n] amount that a column was made with, in limits */
-    double *side;        /* [n] number beside it [quarters of its range] */
+    double *side;        /* [n] number beside it [quarters of its range]; NAN: its usual one */
     double *I, *s;       /* [n*n], [n]: G'PG, G'Pr with P what all else leaves */
     double square;       /* r'Pr: what is left without any column */
     double samples;      /* of the records that were used */
@@ -411,6 +412,9 @@ extern const double diag__least_gain; /* of -2 ln L, to name a cause */
 extern const double diag__unended;    /* the same that a search's fit may end above its minimum */
 extern const double diag__convincing; /* of -2 ln L, odds of 1 to 100 */
 int diag__leaves_noise(const diag__problem *q, const diag__row *row);
+extern const double diag__noise_like; /* chi2/dof near that of noise */
+/** Expands rows until nothing proposed can be better. @return OK, ENOMEM */
+stein_status diag__expand_all(diag__problem *q, diag__table *t, stein_err *err);
 /** Largest chi2/dof of noise: stated noise is known better than estimated noise. */
 double diag__most_noise(const diag__problem *q, const fit__problem *p);
 
@@ -424,11 +428,22 @@ stein_status diag__note_standing(const diag__table *t, diag__standing *kept, ste
 /** They count again, and those since do not. */
 void diag__take_back(diag__problem *q, diag__table *t, const diag__standing *kept);
 
+/* ---- search_again.c ---- */
+
 /** The best hypothesis of each number of causes once more, where noise or the numbers of the file
  *  have changed; rows so far no longer count. @param by  diag__step_noise or diag__step_bodies
  *  @return OK, ENOMEM */
 stein_status diag__fit_again(diag__problem *q, diag__table *t, const diag__proposer *by,
                              stein_err *err);
+
+/** Where stated initial states are grossly wrong they are uncertain in all rows from then on.
+ *  @param exact  the null row, with starts as stated  @return OK, ENOMEM */
+stein_status diag__doubt_starts(diag__problem *q, diag__table *t, diag__row *exact, stein_err *err);
+/** The search once more with uncertain settings, estimated noise, free numbers of bodies, each
+ * where what is left asks for it. @return OK, ENOMEM */
+stein_status diag__with_settings(diag__problem *q, diag__table *t, stein_err *err);
+stein_status diag__with_noise(diag__problem *q, diag__table *t, stein_err *err);
+stein_status diag__with_bodies(diag__problem *q, diag__table *t, stein_err *err);
 
 /* ---- bodies.c ---- */
 

@@ -129,16 +129,21 @@ static int spares_clock(const diag__evidence *a, const diag__evidence *b)
            (a->gain[in_a] || (!a->named[in_a] && !a->tolerated[in_a]));
 }
 
-/* the least objective with n causes, of several none whose amount may be 0; of two that fit equally
+/* may it be named: with n causes, none of several of an amount that may be 0? */
+static int is_eligible(const diag__evidence *e, int n, const diag__evidence *all, int rows,
+                       const diag__setting *s)
+{
+    return e->n == n && e->possible && is_certain(e, s) && (n < 2 || excludes_zero(e, all, rows));
+}
+
+/* the least objective with n causes of what may be named; of two that fit equally
  * well, an effect of the table before a number of the same element, and a gain or a number that
  * nobody has said to be exact before a clock, which is seldom wrong. @return -1: there is none */
 static int best_of(const diag__evidence *e, int rows, int n, const diag__setting *s)
 {
     int best = -1;
     for (int i = 0; i < rows; i++) {
-        int eligible = e[i].n == n && e[i].possible && is_certain(&e[i], s) &&
-                       (n < 2 || excludes_zero(&e[i], e, rows));
-        if (eligible && (best < 0 || e[i].objective < e[best].objective)) {
+        if (is_eligible(&e[i], n, e, rows, s) && (best < 0 || e[i].objective < e[best].objective)) {
             best = i;
         }
     }
@@ -149,8 +154,8 @@ static int best_of(const diag__evidence *e, int rows, int n, const diag__setting
         best = better && (best == from || e[i].objective < e[best].objective) ? i : best;
     }
     for (int i = 0, from = best; i < rows && from >= 0; i++) {
-        int better = e[i].possible && e[i].objective < e[from].objective + diag__convincing &&
-                     is_certain(&e[i], s) && spares_clock(&e[i], &e[from]);
+        int better = e[i].objective < e[from].objective + diag__convincing &&
+                     spares_clock(&e[i], &e[from]) && is_eligible(&e[i], n, e, rows, s);
         best = better && (best == from || e[i].objective < e[best].objective) ? i : best;
     }
     return best;

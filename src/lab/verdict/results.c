@@ -135,18 +135,14 @@ static int place_in(const diag__row *row, int k)
     return i;
 }
 
-/* The interval of a cause contains what its amount would be beside a candidate of column c, too:
+/* The interval of a cause contains what its amount would be beside another candidate c, too:
  *
  *      a' = a + da,   sd'^2 = sd^2 + (da/a_c)^2 sd_c^2,   da as the linear model has it
- */
-static void allow_for(const diag__problem *q, const diag__linear *l, int c, const lab_power *other,
-                      lab_diagnosis *o)
+ *
+ * @param with, without  [l->own] amounts beside c and alone [limits] */
+static void allow_for(const diag__problem *q, const diag__linear *l, const double *with,
+                      const double *without, const lab_power *other, lab_diagnosis *o)
 {
-    double with[DIAG_CAUSES + 1], without[DIAG_CAUSES + 1];
-    int set[DIAG_CAUSES + 1] = {0, 1, 2};
-    set[l->own] = c;
-    diag__linear_gain(l, set, l->own, without);
-    diag__linear_gain(l, set, l->own + 1, with);
     for (int i = 0; i < l->own; i++) {
         const lab_candidate own = diag__candidate(q, l->cause[i]);
         int k = 0;
@@ -207,7 +203,7 @@ static lab_suspect other(diag__problem *q, const diag__table *t, const diag__row
                     : "it would have to be negative";
         s.power = diag__power(q, l, column);
         if (s.power.beside) {
-            allow_for(q, l, column, &s.power, o);
+            allow_for(q, l, amount, without, &s.power, o);
         }
     }
     return s;

@@ -305,17 +305,6 @@ static void say_beside(lab_diagnosis *o)
     }
 }
 
-static lab_verdict class_of(const lab_diagnosis *o)
-{
-    const char *class = o->suspect[0].candidate.effect->cls;
-    for (int v = LAB_VERDICT_WRONG_PARAMETER; v <= LAB_VERDICT_MISSING_EFFECT; v++) {
-        if (strcmp(class, lab_verdict_text((lab_verdict)v)) == 0) {
-            return (lab_verdict)v;
-        }
-    }
-    return LAB_VERDICT_MISSING_EFFECT;
-}
-
 void diag__say(lab_diagnosis *o, const diag__judgement *j, const diag__setting *s, const char *near,
                const char *suspicion)
 {
@@ -335,7 +324,7 @@ void diag__say(lab_diagnosis *o, const diag__judgement *j, const diag__setting *
         say_input_noise(o, s);
         break;
     case DIAG_NAMED:
-        o->verdict = class_of(o);
+        o->verdict = diag__verdict_of(o->suspect[0].candidate.effect);
         name_causes(o);
         say_settings(o);
         say_remainder(o, j, s);

@@ -1,0 +1,188 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * search_again.c - the search under other assumptions: starts or settings that are off by what
+ * their digits allow, noise that is estimated, numbers of bodies that are free. Rows made so far
+ * either compete with the new ones or no longer count. An assumption that gains nothing is undone.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "proposals.h"
+
+enum { MANY = 5 };                       /* records for a cause */
+static const double tiny = 1e-6;         /* variance of noise, in the stated one */
+static const double of_starts = 0.1;     /* what uncertain initial states may leave of a misfit */
+static const double lost_starts = 100.0; /* chi2/dof: laws of contacts look like starts in less */
+
+const diag__proposer diag__step_settings = {
+    .letter = 'S', .name = "settings that are off by what their digits allow"};
+const diag__proposer diag__step_noise = {.letter = 'N', .name = "again, with estimated noise"};
+const diag__proposer diag__step_bodies = {.letter = 'B',
+                                          .name = "again, with the numbers of bodies free"};
+
+/* the hypothesis without what cannot be told any more */
+static diag__hypothesis testable(const diag__problem *q, diag__hypothesis h)
+{
+    for (int i = h.n - 1; i >= 0; i--) {
+        int told = q->untestable[diag__base(q, h.cause[i]) - q->candidate] == NULL;
+        h = told ? h : diag__without(h, h.cause[i]);
+    }
+    return h;
+}
+
+stein_status diag__fit_again(diag__problem *q, diag__table *t, const diag__proposer *by,
+                             stein_err *err)
+{
+    stein_status status = STEIN_OK;
+    int rows[DIAG_CAUSES + 1], n = 0;
+    for (int k = 0; k <= DIAG_CAUSES; k++) {
+        rows[n] = diag__index(t, diag__best(q, t, k));
+        n += rows[n] >= 0;
+    }
+    for (int k = 0; k < t->n; k++) { // rows so far have other objectives
+        t->row[k]->superseded = 1;
+    }
+    for (int k = 0; status == STEIN_OK && k < n; k++) {
+        diag__row *one = NULL;
+        int anew = by == &diag__step_bodies; // numbers of the file are free that were none
+        diag__proposal again =
+            diag__as_parent(testable(q, t->row[rows[k]]->h), anew && k == 0 ? -1 : rows[k], by);
+        again.held = anew;
+        if (diag__find(t, &again.h) == NULL) {
+            status = diag__try(q, t, &again, &one, err);
+        }
+    }
+    return status;
+}
+
+/* A row's hypothesis once more. Instead of wrong settings it has settings that are off by what
+ * their digits allow: a variance of all records, which costs as much as it explains. Causes that
+ * leave nearly noise beside settings as they are stated do not need it. */
+static stein_status loosen(diag__problem *q, diag__table *t, const diag__row *row, stein_err *err)
+{
+    diag__row *one = NULL;
+    diag__proposal rough = diag__as_parent(row->h, diag__index(t, row), &diag__step_settings);
+    rough.rough = 1;
+    for (int i = row->h.n - 1; i >= 0; i--) {
+        if (diag__base(q, row->h.cause[i])->effect->site == LAB_AT_SETTING) {
+            rough.h = diag__without(rough.h, row->h.cause[i]);
+        }
+    }
+    int had = rough.h.n == row->h.n && row->h.n > 0 && row->chi2_dof < diag__noise_like;
+    for (int i = 0; i < t->n; i++) {
+        had |= t->row[i]->rough && !t->row[i]->superseded && diag__equals(&t->row[i]->h, &rough.h);
+    }
+    return had || diag__is_spent(q) ? STEIN_OK : diag__try(q, t, &rough, &one, err);
+}
+
+/* are there settings that are initial states, or others? */
+static int has_setting(const diag__problem *q, int initial)
+{
+    int yes = 0;
+    for (int i = q->n; i < q->n + q->nsetting; i++) {
+        yes |= (strstr(q->candidate[i].place, ".initial.") != NULL) == initial;
+    }
+    return yes;
+}
+
+/* A start that is set by hand is less exact than an encoder's reading. If uncertain initial states
+ * explain most of a gross misfit, but not all of it, they are uncertain in all rows; else the
+ * search would look for causes of what the starts do. If they explain all of it, one cause may do
+ * so as well, and evidence decides in the end (diag__with_settings). */
+stein_status diag__doubt_starts(diag__problem *q, diag__table *t, diag__row *exact, stein_err *err)
+{
+    diag__proposal null = {.h = {.n = 0}, .parent = -1, .by = &diag__step_settings};
+    diag__row *loose = NULL;
+    if (!has_setting(q, 1) || exact->chi2_dof < lost_starts || diag__is_spent(q)) {
+        return STEIN_OK;
+    }
+    q->fit_def.settings = LAB_SETTINGS_STARTS;
+    stein_status status = diag__problem_null(q, err);
+    status = status == STEIN_OK ? diag__try(q, t, &null, &loose, err) : status;
+    int taken = status == STEIN_OK && loose != NULL && loose->failed == NULL &&
+                loose->chi2_dof - 1.0 < of_starts * (exact->chi2_dof - 1.0) &&
+                !diag__leaves_noise(q, loose);
+    if (taken) {
+        exact->superseded = 1;
+        return STEIN_OK;
+    }
+    if (loose != NULL) {
+        loose->superseded = 1;
+    }
+    q->fit_def.settings = 0;
+    stein_status again = status != STEIN_ENOMEM ? diag__problem_null(q, err) : status;
+    return status == STEIN_OK ? again : status;
+}
+
+/* Settings that are off by what their digits allow, where there is something to explain: without a
+ * cause, and with those of the best hypothesis beside wrong settings. */
+stein_status diag__with_settings(diag__problem *q, diag__table *t, stein_err *err)
+{
+    const diag__row *best = diag__incumbent(q, t), *null = diag__best(q, t, 0);
+    int unsure = best->h.n > 0 || best->chi2_dof > diag__most_noise(q, &q->null);
+    int exact = q->fit_def.settings == LAB_SETTINGS_STARTS ? has_setting(q, 0) : q->nsetting > 0;
+    if (!exact || !unsure) {
+        return STEIN_OK;
+    }
+    // settings that are off in every record by another amount are not explained by few causes
+    int told = best->h.n > 0 && MANY * best->h.n <= best->p.nstroke &&
+               diag__leaves_noise(q, best) && null != NULL && null->chi2_dof > diag__noise_like;
+    stein_status status = null != NULL && !told ? loosen(q, t, null, err) : STEIN_OK;
+    status = status == STEIN_OK && best->h.n > 0 ? loosen(q, t, best, err) : status;
+    return status == STEIN_OK && diag__incumbent(q, t)->rough ? diag__expand_all(q, t, err)
+                                                              : status;
+}
+
+/* What the best hypothesis leaves is more than the noise that was stated, or less: the search goes
+ * on with noise that is estimated. What had to be named with more noise than there is has to be
+ * named: then the table stays as it was. */
+stein_status diag__with_noise(diag__problem *q, diag__table *t, stein_err *err)
+{
+    const diag__row *best = diag__incumbent(q, t);
+    double most = diag__most_noise(q, &q->null);
+    int less = best->chi2_dof < 2.0 - most;
+    diag__standing kept = {.rows = 0};
+    if (diag__is_spent(q) || !(less || best->chi2_dof > most)) {
+        return STEIN_OK;
+    }
+    q->least_noise = less ? tiny : 1.0;
+    stein_status status = diag__note_standing(t, &kept, err);
+    q->scale_free = 1;
+    status = status == STEIN_OK ? diag__fit_again(q, t, &diag__step_noise, err) : status;
+    if (status == STEIN_OK && diag__best(q, t, -1) == NULL) { // none could be fitted again
+        q->scale_free = 0;
+        diag__take_back(q, t, &kept);
+        free(kept.superseded);
+        return STEIN_OK;
+    }
+    status = status == STEIN_OK ? diag__expand_all(q, t, err) : status;
+    if (status == STEIN_OK && less && best->h.n > 0) {
+        const diag__row *now = diag__incumbent(q, t), *null = diag__best(q, t, 0);
+        double gain = null != NULL ? null->objective - now->objective : (double)INFINITY;
+        if (now->h.n < best->h.n || gain < diag__least_gain * now->h.n) {
+            q->scale_free = 0;
+            diag__take_back(q, t, &kept);
+        }
+    }
+    free(kept.superseded);
+    return status;
+}
+
+/* No hypothesis leaves noise: once more with the numbers of the bodies free. What these explain by
+ * themselves is no effect, and the table stays as it was. */
+stein_status diag__with_bodies(diag__problem *q, diag__table *t, stein_err *err)
+{
+    diag__bodies b;
+    if (diag__is_spent(q) || diag__incumbent(q, t)->chi2_dof <= diag__most_noise(q, &q->null)) {
+        return STEIN_OK;
+    }
+    stein_status status = diag__bodies_begin(q, t, &b, err);
+    if (b.free && status == STEIN_OK) {
+        status = diag__expand_all(q, t, err);
+        int none = status == STEIN_OK && diag__incumbent(q, t)->h.n == 0;
+        stein_status end = diag__bodies_end(q, t, &b, none, err);
+        return status == STEIN_OK ? end : status;
+    }
+    free(b.kept.superseded);
+    return status;
+}
