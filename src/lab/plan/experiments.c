@@ -435,20 +435,25 @@ static void without_string(list *l, const plan__model *side, int nside)
     }
 }
 
+static int is_moved_by(const lab_candidate *c, const stein_model *m, const char *name)
+{
+    int yes = 0;
+    for (int k = 0; k < c->nparam; k++) {
+        yes |= strcmp(m->params[c->param[k]].name, name) == 0;
+    }
+    return yes;
+}
+
 /* does an effect on trial move that parameter? */
 static int moves(const plan__model *side, int nside, const char *name)
 {
-    for (int i = 0; i < nside * FIT__ACCEPTED; i++) {
-        const plan__model *of = &side[i / FIT__ACCEPTED];
-        const lab_candidate *c = &of->candidate[i % FIT__ACCEPTED];
-        const stein_model *m = lab_equations(of->model);
-        for (int k = 0; i % FIT__ACCEPTED < of->n && k < c->nparam; k++) {
-            if (strcmp(m->params[c->param[k]].name, name) == 0) {
-                return 1;
-            }
+    int yes = 0;
+    for (int i = 0; i < nside; i++) {
+        for (int c = 0; c < side[i].n; c++) {
+            yes |= is_moved_by(&side[i].candidate[c], lab_equations(side[i].model), name);
         }
     }
-    return 0;
+    return yes;
 }
 
 /* a body that may be heavier is weighed; no record is needed */
