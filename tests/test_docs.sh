@@ -47,7 +47,7 @@ done
 
 # options of a command that a document shows
 "$stein" help diagnose >"$dir/help"
-for option in $(grep -oh '`--[a-z-]*' docs/diagnosis.md | tr -d '`' | sort -u); do
+for option in $(grep -oh '`--[a-z-]*' docs/diagnosis*.md | tr -d '`' | sort -u); do
     grep -q -- "$option" "$dir/help"
     ok "docs/diagnosis.md: stein diagnose $option exists" $?
 done
@@ -61,12 +61,12 @@ for doc in README.md CONTRIBUTING.md docs/*.md; do
 done
 
 # thresholds of the diagnosis: each name stands in the code with the value of the table
-sed -n '/^## Thresholds/,/^Not built/p' docs/diagnosis.md |
+sed -n '/^## Thresholds/,/^Not built/p' docs/diagnosis-details.md |
     grep -oE '`[A-Za-z_]+` [0-9][0-9.e-]*' | tr -d '`' | sort -u >"$dir/thresholds"
 while read -r name value; do
     grep -rqE "[ _]$name(\[\])? = \{?$value[,;} ]|[ _]$name = $value(\.0)?[,;]?( |$)" src/lab/search src/lab/verdict src/lab/law \
         src/lab/fit src/lab/diagnosis
-    ok "docs/diagnosis.md: $name is $value" $?
+    ok "docs/diagnosis-details.md: $name is $value" $?
 done <"$dir/thresholds"
 
 # the folders of docs/architecture.md are all folders of sources, and its table has them all

@@ -24,7 +24,7 @@
  *  10  Of a clock and a number of the file without a tolerance that do as well, the number is
  * named.
  *
- * Reasons of the thresholds: docs/diagnosis.md.
+ * Reasons of the thresholds: docs/diagnosis-details.md.
  */
 #include <gsl/gsl_cdf.h>
 #include <math.h>
