@@ -14,9 +14,7 @@
 
 #include "diagnosis.h"
 
-enum { FREE_RECORDS = 16, CONTENDERS = 4 };
 static const double of_gain = 0.03; /* so near its end a baseline is fitted, of a gain over it */
-static const double nearly_all = 0.9, far_off = 50.0; /* share of the misfit; chi2/dof */
 
 /* ---- the judge's view of the table ---- */
 
@@ -126,7 +124,7 @@ static diag__row *contender(const diagnosis *d)
 static stein_status refine_contenders(diagnosis *d, stein_err *err)
 {
     stein_status status = STEIN_OK;
-    for (int k = 0; k < CONTENDERS && status == STEIN_OK && !diag__is_spent(&d->q); k++) {
+    for (int k = 0; k < DIAG_FEW_FITS && status == STEIN_OK && !diag__is_spent(&d->q); k++) {
         diag__row *row = contender(d);
         if (row == NULL) {
             break;
@@ -165,7 +163,8 @@ static stein_status results(diagnosis *d, stein_err *err)
     if (l->row != best) {
         l = &own;
         status = fit__forgive(
-            diag__linearise(&d->q, best, diag__observer_gain(best), FREE_RECORDS, l, &why), err);
+            diag__linearise(&d->q, best, diag__observer_gain(best), DIAG_MANY_RECORDS, l, &why),
+            err);
     }
     status = status == STEIN_OK ? diag__results(&d->q, &d->t, &d->j, l, &d->setting, d->out, &why)
                                 : status;
@@ -251,8 +250,8 @@ static int state_settings(diagnosis *d)
 static stein_status laws(diagnosis *d, stein_err *err)
 {
     const diag__row *best = d->t.row[d->j.best];
-    int hopeless =
-        d->j.finding == DIAG_NAMED && d->j.share > nearly_all && best->chi2_dof > far_off;
+    int hopeless = d->j.finding == DIAG_NAMED && d->j.share > diag__nearly_all &&
+                   best->chi2_dof > diag__seven_noises;
     int noise = best->chi2_dof <= d->setting.most_noise && !scatters_most(&d->q, best);
     if (noise || hopeless || diag__is_spent(&d->q)) {
         return STEIN_OK;

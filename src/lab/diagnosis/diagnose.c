@@ -22,7 +22,7 @@ lab_diagnose_def lab_diagnose_def_default(void)
 
 int diag__reports(int record, int n)
 {
-    return n >= HOLD_EVERY && record % HOLD_EVERY == HOLD_EVERY - 1;
+    return n >= DIAG_HOLD_EVERY && record % DIAG_HOLD_EVERY == DIAG_HOLD_EVERY - 1;
 }
 
 static stein_status split(diagnosis *d, const lab_dataset *data, stein_err *err)

@@ -41,8 +41,6 @@ static inline void diag__progress(const diagnosis *d, double fraction, const cha
 
 /* ---- diagnose.c ---- */
 
-enum { HOLD_EVERY = 3 }; /* one of so many records reports */
-
 /** Does record number `record` of n, from 0, report, if nobody says which ones do? */
 int diag__reports(int record, int n);
 

@@ -10,9 +10,6 @@
 
 #include "diagnosis.h"
 
-static const double no_gain = 0.98; /* ratio of errors */
-static const double far = 50.0;     /* chi2/dof from which a gain has to be beyond doubt */
-
 /* the row with all causes of one but this; NULL: there is none */
 static const diag__row *row_without(const diag__table *t, const diag__row *row,
                                     const lab_candidate *cause)
@@ -176,7 +173,7 @@ int diag__drop_unshown(diagnosis *d)
     int more = best->chi2_dof > d->setting.most_noise;
     for (int i = 0; d->out->ncause > 1 && i < d->out->ncause; i++) {
         const lab_suspect *s = &d->out->suspect[i];
-        int unshown = s->own_ratio >= no_gain && (more || s->own_hi >= 1.0);
+        int unshown = s->own_ratio >= diag__no_gain && (more || s->own_hi >= 1.0);
         if (!unshown || !can_be_shown(d, &s->candidate)) {
             continue;
         }
@@ -234,8 +231,8 @@ stein_status diag__is_shown(const diagnosis *d, int *yes, stein_err *err)
         *yes = !contradict(best, &without, &d->after);
     } else if (status == STEIN_OK) { // an improvement may be due to what is left besides noise
         status = diag__compare(&without, &d->after, &g, &why);
-        int clear = best->chi2_dof <= far || g.hi < 1.0;
-        *yes = !isfinite(g.ratio) || (clear && g.ratio < no_gain);
+        int clear = best->chi2_dof <= diag__seven_noises || g.hi < 1.0;
+        *yes = !isfinite(g.ratio) || (clear && g.ratio < diag__no_gain);
     }
     diag__reported_free(&without);
     return fit__forgive(status, err);

@@ -16,8 +16,6 @@
 #include "diagnosis.h"
 
 enum { LEAST_ROWS = 24, ROUNDS = 3 };
-static const double chaotic = 1000.0; /* times: regular motion of a record does not reach that */
-static const double grown = 10.0;
 static const double too_long = 0.25; /* share of windows at whose ends it has grown 3 grown */
 
 /* how the records' motion can be predicted, one problem made for that alone */
@@ -52,7 +50,7 @@ static stein_status look_ahead(const diagnosis *d, const lab_model *model, const
     stein_status status = fit__problem_make_open(&p, model, data, &def, err);
     if (status == STEIN_OK) {
         p.tolerance = diag__tolerance_of(&p);
-        status = fit__horizons(&p, grown, o->horizon, err);
+        status = fit__horizons(&p, diag__grown, o->horizon, err);
     }
     for (int k = p.np; status == STEIN_OK && k < p.nu; k++) {
         int position = p.unknown[k].kind == FIT__POSITION;
@@ -114,7 +112,7 @@ static stein_status cut(diagnosis *d, const lab_model *model, const lab_dataset 
         int n = 0, bad = 0;
         for (int w = 0; status == STEIN_OK && w < d->windows->n; w++) {
             n += is_chaotic[d->record_of[w]];
-            bad += is_chaotic[d->record_of[w]] && o.horizon[w].growth > 3.0 * grown;
+            bad += is_chaotic[d->record_of[w]] && o.horizon[w].growth > 3.0 * diag__grown;
         }
         again = status == STEIN_OK && bad > too_long * n;
         if (again) {
@@ -173,8 +171,8 @@ stein_status diag__cut(diagnosis *d, const lab_model *model, const lab_dataset *
     stein_status status =
         is_chaotic != NULL ? look_ahead(d, model, data, &o, err) : lab__no_memory(err);
     for (int s = 0; status == STEIN_OK && s < data->n; s++) {
-        is_chaotic[s] = o.horizon[s].growth > chaotic && data__can_cut(data->stroke[s]);
-        whole += o.horizon[s].growth > chaotic && !is_chaotic[s];
+        is_chaotic[s] = o.horizon[s].growth > diag__chaotic && data__can_cut(data->stroke[s]);
+        whole += o.horizon[s].growth > diag__chaotic && !is_chaotic[s];
         n += is_chaotic[s];
         growth = fmax(growth, o.horizon[s].growth);
     }
@@ -186,8 +184,8 @@ stein_status diag__cut(diagnosis *d, const lab_model *model, const lab_dataset *
         *line =
             lab__text("%d record%s of chaotic motion with times of events: not cut into windows",
                       whole, whole == 1 ? "" : "s");
-    } else if (status == STEIN_OK && n == 0 && data->n < HOLD_EVERY && d->def->held_out == NULL &&
-               has_blocks(&o, data)) {
+    } else if (status == STEIN_OK && n == 0 && data->n < DIAG_HOLD_EVERY &&
+               d->def->held_out == NULL && has_blocks(&o, data)) {
         status = data__hold_blocks(&d->windows, data, &d->record_of, err);
         d->cut = d->blocks = status == STEIN_OK;
         *line = d->blocks ? tell_blocks(d->windows) : NULL;

@@ -16,13 +16,8 @@
 
 #include "curve.h"
 
-enum {
-    FITTED = sizeof((diag__laws *)0)->curve / sizeof(diag__curve),
-    SCORED_RECORDS = 6,
-    NAME = 2 * MECH_NAME
-};
-static const double held = 0.05; /* gain of the observer */
-static const double near = 0.3;  /* share of the best linear gain from which on a curve is fitted */
+enum { FITTED = sizeof((diag__laws *)0)->curve / sizeof(diag__curve), NAME = 2 * MECH_NAME };
+static const double near = 0.3; /* share of the best linear gain from which on a curve is fitted */
 static const double close_enough = 1.2; /* chi2/dof over stated noise: no other curve is fitted */
 
 /* ---- the mechanism with all tables ---- */
@@ -131,18 +126,18 @@ void diag__curves_close(diag__curves *w)
 static stein_status score(diag__laws *l, diag__problem *q, const diag__row *null, diag__curve *c,
                           stein_err *err)
 {
-    lab_dataset some = {0, malloc(sizeof(lab_data *) * SCORED_RECORDS)};
+    lab_dataset some = {0, malloc(sizeof(lab_data *) * DIAG_FEW_RECORDS)};
     diag__curves w = {.p = {.nstroke = 0}};
     const lab_dataset *all = null->in->fitted;
     if (some.stroke == NULL) {
         return lab__no_memory(err);
     }
-    some.n = all->n < SCORED_RECORDS ? all->n : SCORED_RECORDS;
+    some.n = all->n < DIAG_FEW_RECORDS ? all->n : DIAG_FEW_RECORDS;
     for (int k = 0; k < some.n; k++) {
         some.stroke[k] = all->stroke[(2 * k + 1) * all->n / (2 * some.n)];
     }
     stein_status status = diag__curves_open(&w, &l->in, q, null, &some, err);
-    status = status == STEIN_OK ? diag__stand(&w, held, err) : status;
+    status = status == STEIN_OK ? diag__stand(&w, diag__rung[0], err) : status;
     status = status == STEIN_OK ? diag__stand_derive(&w, err) : status;
     status = status == STEIN_OK ? diag__curve_scores(&w, c, err) : status;
     diag__curve_sort(c, status == STEIN_OK ? w.nsite : 0);
@@ -154,7 +149,7 @@ static stein_status score(diag__laws *l, diag__problem *q, const diag__row *null
 static stein_status fit_best(diag__laws *l, diag__curve *c, stein_err *err)
 {
     double best = c[0].gain;
-    stein_status status = diag__stand(&l->all, held, err);
+    stein_status status = diag__stand(&l->all, diag__rung[0], err);
     for (int i = 0; status == STEIN_OK && i < l->in.nsite && l->n < FITTED; i++) {
         if (i > 0 && !(c[i].gain > near * best)) {
             break;

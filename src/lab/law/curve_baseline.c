@@ -13,7 +13,6 @@
 #include "curve.h"
 
 enum { RENEWALS = 2, SHORTER = 3, SIZES = 8 };
-static const double enough = 0.3;  /* of the objective */
 static const double shorter = 0.1; /* differences where a stroke cannot be simulated */
 
 static void take_start(diag__curves *w)
@@ -122,7 +121,7 @@ stein_status diag__stand(diag__curves *w, double gain, stein_err *err)
     take_start(w);
     diag__curve_hold(w, 0);
     w->p.gain = gain;
-    stein_status status = fit__descend(&w->p, &e, 0, enough, RENEWALS, err);
+    stein_status status = fit__descend(&w->p, &e, 0, diag__fit_ends, RENEWALS, err);
     w->objective = e.objective;
     return status == STEIN_OK ? fit__parallel(&w->p, w->nsite, one_size, &z, err) : status;
 }

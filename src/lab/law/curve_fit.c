@@ -12,14 +12,10 @@
 #include "curve_fitting.h"
 
 enum { STEP_CHOICES = 2, ROUNDS = 5, ROUNDS_TO_SETTLE = 40 };
-enum { NOISE_ROUNDS = 15 };                          // where each round estimates the noise as well
-static const double observer_gain[] = {0.05, 0.012}; /* one after the other */
-enum { OBSERVER_GAINS = sizeof observer_gain / sizeof *observer_gain };
-static const double as_noise = 1.2;    /* chi2/dof up to which a curve leaves noise */
-static const double far = 9.0;         /* chi2 per sample from which a free fit would diverge */
-static const double fine = 1e-12;      /* tolerance of a step where a fit settles */
-static const double least_gain = 0.5;  /* of a round, to make another one */
-static const double sd_of_noise = 3.0; /* a chi2/dof more than so many sd above 1 is no noise */
+enum { NOISE_ROUNDS = 15 };           // where each round estimates the noise as well
+static const double as_noise = 1.2;   /* chi2/dof up to which a curve leaves noise */
+static const double fine = 1e-12;     /* tolerance of a step where a fit settles */
+static const double least_gain = 0.5; /* of a round, to make another one */
 
 /* chi2 of the free simulation at x, INFINITY: it fails */
 static double misfit(diag__curves *w, const double *x, double *r)
@@ -42,11 +38,11 @@ static stein_status fit_from_null(diag__curves *w, diag__curve *c, int held, ste
         return status;
     }
     int rounds = fit__noise_given(&w->p) ? ROUNDS : NOISE_ROUNDS;
-    for (int i = 0; held && i < OBSERVER_GAINS && end == STEIN_OK; i++) {
-        if (i > 0 && misfit(w, c->x, t.try_r) < far * w->p.samples) {
+    for (int i = 0; held && i < DIAG_RUNGS && end == STEIN_OK; i++) {
+        if (i > 0 && misfit(w, c->x, t.try_r) < diag__three_noises * w->p.samples) {
             break;
         }
-        end = diag__rounds(&t, observer_gain[i], rounds, 0, &why);
+        end = diag__rounds(&t, diag__rung[i], rounds, 0, &why);
     }
     end = end == STEIN_OK ? diag__rounds(&t, 0.0, rounds, 0, &why) : end;
     diag__fitting_weigh(&t, end);
@@ -118,8 +114,9 @@ static stein_status scatter_anew(diag__fitting *t, stein_err *err)
 static double worth(const diag__curves *w, const diag__curve *c)
 {
     double sd = sqrt(2.0 / fmax(1.0, w->p.samples)),
-           more =
-               fit__noise_given(&w->p) ? diag__curve_chi2_dof(w, c) - 1.0 - sd_of_noise * sd : 0.0;
+           more = fit__noise_given(&w->p)
+                      ? diag__curve_chi2_dof(w, c) - 1.0 - diag__beyond_chance * sd
+                      : 0.0;
     return fmax(least_gain, more * w->p.samples / ROUNDS_TO_SETTLE);
 }
 

@@ -18,7 +18,6 @@
 enum { SHAPE = 5 };                     // numbers of a smooth curve
 static const double must_explain = 0.7; /* share of the misfit beyond noise */
 static const double settled = 1.2;      /* chi2/dof up to which the last digits are worth it */
-static const double unusable = 50.0;    /* chi2/dof that is no model of the records */
 static const double not_shown = 0.99;   /* ratio of held-out errors: they do not show the law */
 static const double certain = 4.0;      /* sd of a chi2/dof that is no chance */
 static const double nearly_all = 0.95;  /* share of the misfit: what is left is a shape */
@@ -226,7 +225,7 @@ static int is_believed(const diag__laws *l, const lab_law *law, const diag__judg
     double most = diag__most_noise(l->all.q, &l->all.p), wide = beyond_noise(&l->all, &l->curve[0]);
     int stated = fit__noise_given(&l->all.p);
     double gain = stated ? law->gain / (wide * wide) : scale_free_gain(l, law);
-    if (!(gain > diag__least_gain) || law->chi2_dof > unusable) {
+    if (!(gain > diag__least_gain) || law->chi2_dof > diag__seven_noises) {
         return 0;
     }
     if (j->finding == DIAG_NAMED && (!stated || is_shape_of(law, j, best))) {

@@ -17,7 +17,6 @@
 #include "curve.h"
 
 enum { MOST_VISITS = 4096, FEWEST_VISITS = 40, FEWEST_POINTS = 7 };
-static const double held = 0.05;    /* gain of the observer */
 static const double nearest = 0.25; /* of the even distance */
 
 const char *diag__site_word(stein_table_kind kind, const stein_model *m, int index)
@@ -281,7 +280,7 @@ stein_status diag__sites(const fit__problem *of, const double *x, diag__site **l
 {
     fit__problem p = *of;
     const stein_model *m = lab_equations(p.model);
-    p.gain = held;
+    p.gain = diag__rung[0];
     job j = {.p = &p, .x = x, .m = m, .nstate = 2 * (m->nq + m->ncontact + m->nnotch)};
     size_t most = (size_t)p.nstroke * MOST_VISITS;
     int points = p.samples / (2 * j.nstate); // all curves stand in one problem

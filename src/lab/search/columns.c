@@ -19,8 +19,7 @@
 
 enum { SIZINGS = 5, SCANNED = 16 };
 static const double of_number = 0.2, of_part = 1.0, of_reading = 0.01; /* RMS change [noise] */
-static const double visible = 0.01;    /* less than that at the limit shows in no record [noise] */
-static const double smallest = 1e-6;   /* amount [limits] */
+static const double smallest = 1e-6;                                   /* amount [limits] */
 static const double smaller = 0.2;     /* second column of a part, in the amount of the first */
 static const double least_side = -2.0; /* quarters of a range that begins two of them below */
 static const char unseen[] = "it would not show in these records";
@@ -128,7 +127,7 @@ static int resize(diag__secant *c, double aim, double change)
         return 1;
     }
     if (change < aim && c->step >= 1.0) {
-        c->why = change < visible ? unseen : NULL;
+        c->why = change < diag__visible ? unseen : NULL;
         return 1;
     }
     double factor = change > 0.0 ? aim / change : 20.0;
@@ -222,7 +221,7 @@ static void take_derivative(const diag__work *w, diag__secant *c, const lab_cand
             square += G[i] * G[i];
         }
     }
-    c->why = sqrt(square / fmax(1.0, p->samples)) < visible ? unseen : NULL;
+    c->why = sqrt(square / fmax(1.0, p->samples)) < diag__visible ? unseen : NULL;
 }
 
 /* A gap as wide as the motion shows in no record, a smaller one may: columns that show nothing once

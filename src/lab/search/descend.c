@@ -32,23 +32,14 @@ enum {
     RECOVERIES = 2,
     FAR_MOST = 2,
     CORRECTIONS = 75,
-    FOLLOWING = 8,
-    STARTS = 6
+    FOLLOWING = 8
 };
-static const double rung[] = {0.05, 0.012};
-enum { RUNGS = sizeof rung / sizeof *rung };
-static const double enough = 0.3;    /* of the objective: a fit has ended */
-static const double falling = 0.8;   /* of the objective: it leads on */
-static const double far = 9.0;       /* chi2 per sample: three noises */
-static const double hopeless = 25.0; /* the same of a fit that is not led to its end */
-static const double follows = 0.02;  /* residual in the motion: up to there records are followed */
-static const double outlying = 9.0;  /* the same of a record, in that of the record in the middle */
-static const double astray = 0.1;    /* the same: the phase is lost */
-static const double at_noise = 1.2;  /* where the record in the middle leaves no more, */
-static const double off_alone = 1.5; /* so much is enough: a cause shows in more than a few */
-static const double by_chance = 3.0; /* sd of chi2 per sample: more is no chance */
-static const double no_weight = 1e-3;     /* of a record that a fit has lost */
-static const double horizon = 1.5;        /* from one to the next */
+static const double falling = 0.8;    /* of the objective: it leads on */
+static const double follows = 0.02;   /* residual in the motion: up to there records are followed */
+static const double astray = 0.1;     /* the same: the phase is lost */
+static const double at_noise = 1.2;   /* where the record in the middle leaves no more, */
+static const double no_weight = 1e-3; /* of a record that a fit has lost */
+static const double horizon = 1.5;    /* from one to the next */
 static const double least_horizon = 0.01; /* share of the longest record */
 
 /* ---- fits ---- */
@@ -121,10 +112,10 @@ static stein_status descend_held(fit__problem *p, fit__end *e, stein_err *err)
     }
     memcpy(x, e->x, size);
     diag__hold_scatter(p, 1);
-    for (int i = 0; i < RUNGS && least > far; i++) {
+    for (int i = 0; i < DIAG_RUNGS && least > diag__three_noises; i++) {
         stein_err why;
-        p->gain = rung[i];
-        stein_status status = fit__descend(p, e, 0, enough, RENEWALS_HELD, &why);
+        p->gain = diag__rung[i];
+        stein_status status = fit__descend(p, e, 0, diag__fit_ends, RENEWALS_HELD, &why);
         if (status == STEIN_ENOMEM) {
             free(x);
             diag__hold_scatter(p, 0);
@@ -157,7 +148,8 @@ static int are_events(const fit__problem *p)
  * (minimise.c), and steps are short: times of events take more of them, and no other way helps. */
 static stein_status descend_free(fit__problem *p, fit__end *e, int known, stein_err *err)
 {
-    return fit__descend(p, e, known, enough, are_events(p) ? RENEWALS_EVENTS : RENEWALS_FAR, err);
+    return fit__descend(p, e, known, diag__fit_ends, are_events(p) ? RENEWALS_EVENTS : RENEWALS_FAR,
+                        err);
 }
 
 /* the sum of squares over a horizon from which on a fit has lost the records */
@@ -167,7 +159,7 @@ static double lost_from(const fit__problem *p, double until)
     for (int s = 0; s < p->nstroke; s++) {
         for (int c = 0; c < p->stroke[s].nch; c++) {
             double motion = motion_of(&p->stroke[s], c, until, &n);
-            sum += fmax(hopeless * n, astray * astray * motion);
+            sum += fmax(diag__five_noises * n, astray * astray * motion);
         }
     }
     return fmax(1.0, sum);
@@ -192,7 +184,7 @@ static stein_status descend_growing(fit__problem *p, fit__end *e, double *reach,
          until *= horizon) {
         stein_err why;
         p->horizon = until;
-        status = fit__descend(p, e, 0, enough, RENEWALS_HELD, &why);
+        status = fit__descend(p, e, 0, diag__fit_ends, RENEWALS_HELD, &why);
         if (reach != NULL) {
             near = status == STEIN_OK && e->objective < lost_from(p, until);
             *reach = near ? (double)INFINITY : last;
@@ -219,7 +211,7 @@ static stein_status descend_to_end(fit__problem *p, fit__end *e, stein_err *err)
 /* does a fit end where its simulation does not follow the records? */
 static int is_lost(const fit__problem *p, double objective, const double *r)
 {
-    return !(objective < hopeless * p->samples) && !(diag__relative(p, r) < follows);
+    return !(objective < diag__five_noises * p->samples) && !(diag__relative(p, r) < follows);
 }
 
 /* First without an observer, which costs a quarter. Where that has lost the records, from the same
@@ -271,10 +263,10 @@ stein_status diag__descend(fit__problem *p, fit__end *e, diag__start from, stein
     }
     for (int k = 0; k < LONGER && status == STEIN_OK; k++) {
         double before = e->objective;
-        if (e->ended || before > hopeless * p->samples) {
+        if (e->ended || before > diag__five_noises * p->samples) {
             break;
         }
-        status = fit__descend(p, e, 1, enough, RENEWALS - RENEWALS_FAR, err);
+        status = fit__descend(p, e, 1, diag__fit_ends, RENEWALS - RENEWALS_FAR, err);
         if (!(e->objective < falling * before)) {
             break;
         }
@@ -328,11 +320,11 @@ static stein_status follow(const fit__problem *own, double *x, stein_err *err)
 static stein_status restart(fit__problem *own, fit__end *e, stein_err *err)
 {
     size_t nu = (size_t)own->nu, rows = fit__offset(own, own->nstroke);
-    double near = off_alone * own->samples;
+    double near = diag__near_noise * own->samples;
     double *room = malloc(sizeof *room * (nu + rows + fit__columns(own) + 1));
     gsl_rng *rng = gsl_rng_alloc(gsl_rng_mt19937);
     stein_status status = room != NULL && rng != NULL ? STEIN_OK : lab__no_memory(err);
-    for (int d = 0; d < STARTS && status == STEIN_OK && !(e->objective < near); d++) {
+    for (int d = 0; d < DIAG_SOME_FITS && status == STEIN_OK && !(e->objective < near); d++) {
         fit__end other = {.x = room, .r = room + nu, .J = room + nu + rows};
         stein_err why;
         memcpy(other.x, e->x, sizeof *other.x * nu);
@@ -416,7 +408,7 @@ static stein_status fit_record(void *ctx, int s, fit__pool *pool, stein_err *err
 static stein_status fit_alone(alone *a, stein_err *err)
 {
     fit__problem held = *a->p; // whose benches have an observer
-    held.gain = rung[0];
+    held.gain = diag__rung[0];
     return fit__together(&held, a->p->nstroke, fit_record, a, err);
 }
 
@@ -447,7 +439,7 @@ static double by_record(const fit__problem *p, const double *r, double *chi2)
 /* chi2 per sample of a record from which on it is off by more than chance */
 static double most_alone(const fit__stroke *t)
 {
-    return fmax(off_alone, 1.0 + by_chance * sqrt(2.0 / fmax(1.0, t->samples)));
+    return fmax(diag__near_noise, 1.0 + diag__beyond_chance * sqrt(2.0 / fmax(1.0, t->samples)));
 }
 
 /* marks records that are far off beside the one in the middle. @param chi2  [2*nstroke] room
@@ -461,7 +453,7 @@ static int outliers(const fit__problem *p, const double *r, double scale, double
     *near = middle * scale * scale < at_noise;
     for (int s = 0; s < p->nstroke; s++) {
         double unit = *near ? scale * scale : 1.0;
-        double most = *near ? most_alone(&p->stroke[s]) : outlying;
+        double most = *near ? most_alone(&p->stroke[s]) : diag__three_noises;
         which[s] = chi2[s] * unit > most * fmax(1.0, middle * unit);
         n += which[s];
     }
@@ -486,7 +478,7 @@ static stein_status without_lost(fit__problem *p, const fit__end *e, const unsig
     fit__end near = {.x = x, .J = e->J, .r = r};
     memcpy(x, e->x, sizeof *x * (size_t)p->nu);
     weigh(p, which, no_weight);
-    stein_status status = fit__descend(p, &near, 0, enough, RENEWALS, err);
+    stein_status status = fit__descend(p, &near, 0, diag__fit_ends, RENEWALS, err);
     weigh(p, which, 1.0 / no_weight);
     alone a = {p, NULL, x, r, which, restarts};
     int failed = 0;
@@ -512,7 +504,7 @@ stein_status diag__recover(fit__problem *p, fit__end *e, double scale, stein_err
             break;
         }
         memcpy(e->x, x, sizeof *x * nu);
-        status = fit__forgive(fit__descend(p, e, 0, enough, RENEWALS, &why), err);
+        status = fit__forgive(fit__descend(p, e, 0, diag__fit_ends, RENEWALS, &why), err);
     }
     free(which);
     free(room);

@@ -23,11 +23,9 @@
 #include "search.h"
 
 enum { RENEWALS = 5, REFINEMENTS = 8, NOISES = 6, COUNTED = 10 };
-static const double enough = 0.3;     /* of the objective: a fit has ended */
 static const double same_noise = 0.1; /* relative change of noise that is none */
 static const double beaten = 2.0;     /* chi2/dof in that of a hypothesis that leaves noise */
 static const double finer = 0.1;      /* steps where numbers are reported, in those of a search */
-static const double refined = 0.1;    /* of the objective: such a fit has ended */
 static const double least_scatter = 0.01; /* sd of a refined fit [of the prior] */
 
 static stein_status open_row(diag__problem *q, diag__row *row, stein_err *err)
@@ -108,7 +106,7 @@ static stein_status settle_noise(const diag__problem *q, diag__row *row, int los
             reweigh(row, factor);
             return STEIN_OK;
         }
-        stein_status status = fit__descend(&row->p, e, 0, enough, RENEWALS, err);
+        stein_status status = fit__descend(&row->p, e, 0, diag__fit_ends, RENEWALS, err);
         if (status != STEIN_OK) {
             return status;
         }
@@ -313,8 +311,8 @@ static stein_status refine(diag__row *row, double within, stein_err *err)
     }
     fit__end e = {.x = row->x, .J = row->J, .r = row->r};
     scale_scatter(row, to);
-    p->central = within < enough;
-    p->tolerance = within < enough ? finer * coarse : coarse;
+    p->central = within < diag__fit_ends;
+    p->tolerance = within < diag__fit_ends ? finer * coarse : coarse;
     stein_status status = fit__descend(p, &e, 0, within, REFINEMENTS, err);
     row->converged |= e.ended;
     if (status == STEIN_OK && !e.current) {
@@ -349,7 +347,7 @@ stein_status diag__refine_row(diag__row *row, double within, stein_err *err)
     }
     memcpy(room, row->x, sizeof *room * n);
     memcpy(room + n, row->J, sizeof *room * nJ);
-    stein_status status = refine(row, fmax(refined, within), &why);
+    stein_status status = refine(row, fmax(diag__refined, within), &why);
     if (status != STEIN_OK || !isfinite(row->objective)) { // no finite derivatives: as it was
         memcpy(row->x, room, sizeof *room * n);
         memcpy(row->J, room + n, sizeof *room * nJ);

@@ -22,11 +22,8 @@
 #include "search.h"
 
 enum { ROUNDS = 40, SLOTS = 64 };
-static const double most_scatter = 6.25; /* variance, in those of the prior */
-static const double most_force = 2.25;   /* the same of a noise that was estimated */
 static const double nearly = 0.98;
-static const double enough = 5.0; /* records that tell a scatter; beside fewer its prior counts */
-static const double flat = 1e3;   /* sd of what has no prior, in its unit */
+static const double flat = 1e3; /* sd of what has no prior, in its unit */
 
 /* ---- columns ---- */
 
@@ -155,14 +152,14 @@ static void fill(lab__mixed *m, const fit__problem *p, const slots *l, int s, co
 
 double diag__scatter_worth(int records)
 {
-    return fmax(0.0, enough - records);
+    return fmax(0.0, DIAG_SEVERAL - records);
 }
 
 int diag__scatters_most(const double *D)
 {
     int most = 0;
     for (int i = 0; i < LAB_SCATTERS; i++) {
-        most |= D[i] > nearly * most_scatter;
+        most |= D[i] > nearly * diag__most_scatter;
     }
     return most;
 }
@@ -175,8 +172,8 @@ stein_status diag__mixed_at(lab__mixed *m, const fit__problem *p, const double *
     lab__scatter scatter[LAB_SCATTERS];
     find_slots(&l, p);
     for (int i = 0; i < LAB_SCATTERS; i++) {
-        scatter[i] = (lab__scatter){1.0, i < DIAG_CLASSES   ? most_scatter
-                                         : i == DIAG_FORCES ? most_force
+        scatter[i] = (lab__scatter){1.0, i < DIAG_CLASSES   ? diag__most_scatter
+                                         : i == DIAG_FORCES ? diag__guessed
                                                             : 1.0};
     }
     int nf = beta != NULL ? free_ones(p, beta) : 0;

@@ -22,7 +22,6 @@
 #include "scope_columns.h"
 
 enum { RENEWALS = 2, ROUNDS = 12, SET = DIAG_CAUSES + 1 };
-static const double enough = 0.3;      /* of the objective: a fit held has ended */
 static const double same_motion = 0.2; /* RMS of a difference of residuals [noise] */
 
 /* columns of the last free linear model */
@@ -113,7 +112,7 @@ static stein_status stand(diag__work *w, double gain, int most, stein_err *err)
     int failed = 0;
     if (gain > 0.0) {
         fit__end e = {.x = w->x, .J = w->J, .r = w->r};
-        status = fit__descend(&w->p, &e, 0, enough, RENEWALS, err);
+        status = fit__descend(&w->p, &e, 0, diag__fit_ends, RENEWALS, err);
     } else {
         status = fit__residuals(&w->p, w->x, w->r, &failed, err);
     }

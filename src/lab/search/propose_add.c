@@ -12,10 +12,7 @@
 
 #include "proposals.h"
 
-enum { POOL = 60, MOVED = 3 };           /* columns that pairs are made of */
-static const double the_same = 0.99;     /* likeness from which on two columns are one proposal */
 static const double beyond_chance = 2.5; /* z of a score */
-static const double alike = 0.95;        /* the same of the members of a pair */
 
 /* the row's own causes and columns a, b (-1: none) */
 static int take(const diag__linear *l, int a, int b, diag__proposal *to)
@@ -37,11 +34,12 @@ static int is_repeated(const diag__linear *l, const diag__ranked *list, int n,
                        const diag__ranked *one)
 {
     for (int i = 0; i < n; i++) {
-        int same_first = diag__likeness(l, list[i].a, one->a) > (one->b < 0 ? the_same : alike);
+        int same_first =
+            diag__likeness(l, list[i].a, one->a) > (one->b < 0 ? diag__the_same : diag__alike);
         int crossed =
-            one->b >= 0 && ((same_first && diag__likeness(l, list[i].b, one->b) > alike) ||
-                            (diag__likeness(l, list[i].a, one->b) > alike &&
-                             diag__likeness(l, list[i].b, one->a) > alike));
+            one->b >= 0 && ((same_first && diag__likeness(l, list[i].b, one->b) > diag__alike) ||
+                            (diag__likeness(l, list[i].a, one->b) > diag__alike &&
+                             diag__likeness(l, list[i].b, one->a) > diag__alike));
         if (one->b < 0 ? same_first : crossed) {
             return 1;
         }
@@ -86,7 +84,7 @@ static int add(const diag__problem *q, const diag__table *t, const diag__linear 
 static int pair(const diag__problem *q, const diag__table *t, const diag__linear *l,
                 diag__proposal *out, int most)
 {
-    diag__ranked single[DIAG_COLUMNS], list[POOL * POOL / 2];
+    diag__ranked single[DIAG_COLUMNS], list[DIAG_POOL * DIAG_POOL / 2];
     diag__proposal p;
     int n = 0, m = 0;
     (void)t;
@@ -96,11 +94,11 @@ static int pair(const diag__problem *q, const diag__table *t, const diag__linear
         }
     }
     diag__rank(single, n);
-    for (int i = 0; i < n && i < POOL; i++) {
+    for (int i = 0; i < n && i < DIAG_POOL; i++) {
         for (int k = 0; k < i; k++) {
             int a = single[k].a, b = single[i].a;
             int parted = diag__is_scoped(q, l->cause[a]) != diag__is_scoped(q, l->cause[b]);
-            if (l->cause[a] != l->cause[b] && !parted && diag__likeness(l, a, b) < alike &&
+            if (l->cause[a] != l->cause[b] && !parted && diag__likeness(l, a, b) < diag__alike &&
                 take(l, a, b, &p) && diag__is_thinkable(q, &p)) {
                 list[m++] = (diag__ranked){a, b, p.expected};
             }
@@ -128,7 +126,7 @@ static int moved(const diag__problem *q, const diag__table *t, const diag__linea
             list[n++] = (diag__ranked){a, -1, -z};
         }
     }
-    return choose(q, l, list, n, &diag__propose_moved, out, most < MOVED ? most : MOVED);
+    return choose(q, l, list, n, &diag__propose_moved, out, most < DIAG_TRIES ? most : DIAG_TRIES);
 }
 
 const diag__proposer diag__propose_moved = {

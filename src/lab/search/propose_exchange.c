@@ -13,7 +13,6 @@
 
 static const double far_amount = 0.3; /* share by which a linear model wants another amount */
 static const double quarters = 1.2;   /* of its range: another start of a number beside an amount */
-static const double the_same = 0.99;  /* likeness of columns of two that act alike */
 
 /* own causes but i and j, and column c (-1: none) */
 static int take(const diag__linear *l, int i, int j, int c, diag__proposal *to)
@@ -117,7 +116,7 @@ static int is_likelier(const diag__problem *q, const diag__linear *l, int own, i
     const lab_effect *other = diag__base(q, l->cause[c])->effect;
     return diag__base(q, l->cause[own])->effect->site == LAB_AT_CLOCK &&
            (other->site == LAB_AT_PARAMETER || strcmp(other->kind, "sensor_gain") == 0) &&
-           diag__likeness(l, own, c) > the_same;
+           diag__likeness(l, own, c) > diag__the_same;
 }
 
 /* Two more starts of a proposal, of the number beside the new cause c: a gap, a place of a stop. */

@@ -9,8 +9,7 @@
 
 #include "search.h"
 
-static const double longest_start = 3.0; /* of an amount [limits] */
-static const double least_start = 1e-3;  /* of a compliance, which has no 0 */
+static const double least_start = 1e-3; /* of a compliance, which has no 0 */
 
 int diag__counterpart(const fit__problem *to, const fit__problem *from, int stroke,
                       const fit__unknown *u)
@@ -123,7 +122,7 @@ void diag__start_row(diag__row *row, const diag__row *parent, const diag__propos
     for (int i = 0; i < row->h.n; i++) {
         int at = diag__unknown_at(row, i);
         double amount = isfinite(from->amount[i]) ? from->amount[i] : row->x[at];
-        double most = fmax(longest_start, fabs(row->x[at])); // a fit has been there
+        double most = fmax(diag__largest, fabs(row->x[at])); // a fit has been there
         amount = fmin(fmax(amount, -most), most);
         double least = row->p.unknown[at].least;
         row->x[at] = fmax(amount, least > 0.0 ? least_start : 0.5 * least);

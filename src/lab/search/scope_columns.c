@@ -13,8 +13,7 @@
 
 enum {
     KEPT = 8, /* beside the causes, and in the place of each */
-    OF_ONE_BASE = 2,
-    EACH_SIDE = 2 /* records before and after a change, at least: one is an odd record */
+    OF_ONE_BASE = 2
 };
 
 /* a cause of a part of the records */
@@ -73,7 +72,7 @@ static void weigh_all(chooser *c, int k)
             weigh(c, k, diag__in_record(c->q, c->base[k], data->number), s, s, 0.0);
         }
     }
-    for (int s = EACH_SIDE; !setting && s <= n - EACH_SIDE; s++) {
+    for (int s = DIAG_EACH_SIDE; !setting && s <= n - DIAG_EACH_SIDE; s++) {
         int cause = diag__from_record(c->q, c->base[k], c->p->stroke[s].data->number);
         weigh(c, k, cause, s, n - 1, fmax(0.0, all + diag__convincing));
     }

@@ -15,49 +15,24 @@
 
 #include "proposals.h"
 
-enum {
-    EXPANSIONS = 10,
-    PATIENCE = 3, /* expansions after which the best hypothesis is still the same */
-    PROPOSALS = 12,
-    TRIED_FAR = 4,
-    TRIED_NEAR = 10,
-    BROKEN = 4, /* one after the other that are no rivals of the best row */
-    FREE_RECORDS = 16,
-    FAR_RECORDS = 6,
-    HELD_RECORDS = 5,
-    TRIES = 3, /* fits of one hypothesis because a better end is expected */
-    HELD = 1,
-    FREE = 2
-};
-static const double held = 0.05;      /* gain of the observer, of a sample */
-static const double near = 25.0;      /* chi2/dof up to which the free linear model comes first */
-const double diag__noise_like = 1.5;  /* the same up to which the held one is not needed */
-static const double far = 400.0;      /* the same up to which it is worth a look */
-static const double slack = 0.05;     /* of chi2/dof: no law is exactly that of the file */
-static const double by_chance = 3.0;  /* sd of chi2/dof: more is looked into */
-static const double guessed = 2.25;   /* chi2/dof: estimated noise may be a half too small */
+enum { PROPOSALS = 12, HELD_RECORDS = 5, HELD = 1, FREE = 2 };
 static const double twice = 2.0;      /* the share of inputs is known to a factor of two: chosen */
 static const double matters = 0.5;    /* such a share: the noise is no longer as stated */
-const double diag__convincing = 9.2;  /* of -2 ln L: odds of 1 to 100 */
-static const double rounding = 12.0;  /* of -2 ln L that linear predictions miss near the end */
-const double diag__unended = 50.0;    /* of -2 ln L that a fit may end above its minimum */
-const double diag__least_gain = 25.0; /* of -2 ln L: a cause is named from there on */
-static const double worth = 12.0;     /* the same of what is predicted: worth a fit */
 static const double of_excess = 0.05; /* a cause more has to explain that share of it */
-static const double of_scope = 0.1;   /* the same of one that acts in some records only */
-static const double of_part = 0.1;    /* the same of a part, to be kept for later */
 
 double diag__most_noise(const diag__problem *q, const fit__problem *p)
 {
-    double sd = sqrt(2.0 / fmax(1.0, p->samples - p->nu)), most = 1.0 + slack + 5.0 * sd;
-    return (fit__noise_given(p) ? fmin(most, guessed) : guessed) + twice * q->input_noise;
+    double sd = sqrt(2.0 / fmax(1.0, p->samples - p->nu)),
+           most = 1.0 + diag__slack + diag__certain * sd;
+    return (fit__noise_given(p) ? fmin(most, diag__guessed) : diag__guessed) +
+           twice * q->input_noise;
 }
 
 /* is what a row leaves as small as noise, with what noise of measured forces adds? */
 static int is_small(const diag__problem *q, const diag__row *row)
 {
     double sd = sqrt(2.0 / fmax(1.0, row->p.samples - row->p.nu));
-    double most = fit__noise_given(&row->p) ? 1.0 + by_chance * sd : guessed;
+    double most = fit__noise_given(&row->p) ? 1.0 + diag__beyond_chance * sd : diag__guessed;
     return row->chi2_dof <= most + twice * q->input_noise;
 }
 
@@ -81,7 +56,7 @@ diag__row *diag__incumbent(const diag__problem *q, const diag__table *t)
 
 double diag__observer_gain(const diag__row *row)
 {
-    return row->chi2_dof > near ? held : 0.0;
+    return row->chi2_dof > diag__five_noises ? diag__rung[0] : 0.0;
 }
 
 /* ---- which row ---- */
@@ -94,13 +69,13 @@ static int next_look(const diag__table *t, const diag__row *row)
     for (int i = 0; i < t->n; i++) {
         const diag__row *other = t->row[i];
         if (!other->superseded && other->rough == row->rough && diag__equals(&other->h, &row->h) &&
-            row->objective > other->objective - rounding) {
+            row->objective > other->objective - diag__worth) {
             seen |= other->expanded;
         }
     }
     int first = diag__observer_gain(row) > 0.0 ? HELD : FREE, then = HELD + FREE - first;
-    int more = row->chi2_dof > diag__noise_like &&
-               (then == HELD || row->scale > 1.0 || row->chi2_dof < far);
+    int more = row->chi2_dof > diag__near_noise &&
+               (then == HELD || row->scale > 1.0 || row->chi2_dof < diag__twenty_noises);
     return !(seen & first) ? first : more && !(seen & then) ? then : 0;
 }
 
@@ -150,9 +125,9 @@ static double value_of(const diag__problem *q, const diag__linear *l, double exc
 {
     int stated = l->gain > 0.0 && l->row->scale <= 1.0;
     double drop = stated ? excess : l->row->objective - p->expected;
-    double each = fmax(worth, of_excess * drop);
-    int partly = has_scoped(q, &p->h) && l->row->chi2_dof > near;
-    return p->expected + p->h.n * each + (partly ? of_scope * excess : 0.0);
+    double each = fmax(diag__worth, of_excess * drop);
+    int partly = has_scoped(q, &p->h) && l->row->chi2_dof > diag__five_noises;
+    return p->expected + p->h.n * each + (partly ? diag__part_of * excess : 0.0);
 }
 
 static const diag__proposer *const proposer[] = {
@@ -189,7 +164,7 @@ static int collect(const diag__problem *q, const diag__table *t, const diag__lin
     for (int i = 0; i < n; i++) {
         list[i].parent = row;
         list[i].held = l->gain > 0.0;
-        int idle = list[i].by->removes && list[i].expected < l->row->objective + worth;
+        int idle = list[i].by->removes && list[i].expected < l->row->objective + diag__worth;
         list[i].value = idle                     ? -INFINITY
                         : list[i].by->look_alike ? -DBL_MAX
                                                  : value_of(q, l, excess, &list[i]);
@@ -229,7 +204,7 @@ static diag__fate is_worth(const diag__problem *q, const diag__table *t, const d
         return DIAG_ELSEWHERE; // its fit has ended where nothing is left, or is another start
     }
     if (again ? diag__tries(t, &p->h, p->by, p->parent) > 0
-              : diag__tries(t, &p->h, NULL, -1) >= TRIES) {
+              : diag__tries(t, &p->h, NULL, -1) >= DIAG_TRIES) {
         return DIAG_OFTEN;
     }
     // look-alikes: where the best row is no answer yet, or the noise that would tell is unknown
@@ -239,7 +214,7 @@ static diag__fate is_worth(const diag__problem *q, const diag__table *t, const d
         int here = l->row == best && (q->scale_free || !is_small(q, best));
         return !other ? DIAG_NOT_NEW : here ? DIAG_TRIED : DIAG_ELSEWHERE;
     }
-    if (had != NULL && !again && !(p->expected < had->objective - rounding) &&
+    if (had != NULL && !again && !(p->expected < had->objective - diag__worth) &&
         (diag__leaves_noise(q, had) || had->by == p->by || l->gain == 0.0)) {
         return DIAG_NOT_NEW; // unless a better end of its fit is expected
     }
@@ -247,16 +222,16 @@ static diag__fate is_worth(const diag__problem *q, const diag__table *t, const d
         return had == NULL ? DIAG_TRIED : DIAG_NOT_NEW;
     }
     if (p->by->only_near) { // it is no answer to what leaves much more than noise
-        int here = l->row->chi2_dof < diag__noise_like;
+        int here = l->row->chi2_dof < diag__near_noise;
         return had != NULL ? DIAG_NOT_NEW : here ? DIAG_TRIED : DIAG_ELSEWHERE;
     }
-    double most = best->objective + diag__convincing + rounding;
+    double most = best->objective + diag__convincing + diag__worth;
     if (p->h.n < best->h.n) { // a cause less may lose no more than one has to gain
-        most = best->objective + diag__least_gain + rounding;
+        most = best->objective + diag__least_gain + diag__worth;
     } else if (p->h.n > best->h.n && (!q->scale_free || diag__leaves_noise(q, best))) {
         // a cause more has to gain; where noise is estimated from a few independent samples, a
         // linear model promises less than the ratio of what is left
-        most = best->objective - worth;
+        most = best->objective - diag__worth;
     }
     return p->expected < most ? DIAG_TRIED : DIAG_UNEXPECTED;
 }
@@ -276,14 +251,14 @@ static void count(diag__counted *of, const diag__proposal *list, int from, int t
 static void set_aside(const diag__problem *q, diag__table *t, const diag__row *row,
                       const diag__proposal *list, int n)
 {
-    double least = row->objective - of_part * diag__excess(row);
+    double least = row->objective - diag__part_of * diag__excess(row);
     for (int i = 0; i < n && row->h.n == 0; i++) {
         int had = diag__find(t, &list[i].h) != NULL, cause = list[i].h.cause[0];
         for (int k = 0; k < t->naside; k++) {
             had |= diag__equals(&t->aside[k].h, &list[i].h);
         }
         if (!had && list[i].h.n == 1 && diag__base(q, cause)->effect->needs != NULL &&
-            list[i].expected < least && t->naside < DIAG_ASIDE) {
+            list[i].expected < least && t->naside < DIAG_SOME_FITS) {
             t->aside[t->naside++] = list[i];
         }
     }
@@ -314,25 +289,26 @@ static stein_status expand(diag__problem *q, diag__table *t, diag__row *row, int
     diag__counted counted[PROPOSERS] = {{.by = NULL}};
     diag__linear l;
     stein_err why = {STEIN_OK, ""};
-    double gain = look == HELD ? held : 0.0;
+    double gain = look == HELD ? diag__rung[0] : 0.0;
     // what leaves much more than noise shows in a few records
     int records = look == HELD                       ? HELD_RECORDS
-                  : row->chi2_dof > diag__noise_like ? FAR_RECORDS
-                                                     : FREE_RECORDS;
+                  : row->chi2_dof > diag__near_noise ? DIAG_FEW_RECORDS
+                                                     : DIAG_MANY_RECORDS;
     row->expanded |= look;
     stein_status status = diag__linearise(q, row, gain, records, &l, &why);
     int n = status == STEIN_OK ? collect(q, t, &l, list) : 0, tried = 0, i = 0;
     set_aside(q, t, row, list, n);
-    int most = diag__leaves_noise(q, row) ? TRIED_NEAR : TRIED_FAR, found = 0, broken = 0;
+    int most = diag__leaves_noise(q, row) ? DIAG_MANY_FITS : DIAG_FEW_FITS, found = 0, broken = 0;
     for (size_t k = 0; k < PROPOSERS; k++) {
         counted[k].by = proposer[k];
     }
     for (; i < n && !found && status == STEIN_OK && !diag__is_spent(q); i++) {
         diag__row *one = NULL;
         int beside = list[i].by->look_alike; // before more causes are asked for
-        diag__fate fate = beside || (tried < most && broken < BROKEN) ? is_worth(q, t, &l, &list[i])
-                          : tried < most                              ? DIAG_BEHIND
-                                                                      : DIAG_FULL;
+        diag__fate fate = beside || (tried < most && broken < DIAG_FEW_FITS)
+                              ? is_worth(q, t, &l, &list[i])
+                          : tried < most ? DIAG_BEHIND
+                                         : DIAG_FULL;
         count(counted, list, i, i + 1, fate);
         if (fate == DIAG_TRIED) {
             status = diag__try(q, t, &list[i], &one, err);
@@ -363,7 +339,7 @@ static stein_status expand_until_best(diag__problem *q, diag__table *t, stein_er
     stein_status status = STEIN_OK;
     diag__hypothesis best = diag__best(q, t, -1)->h;
     int waited = 0;
-    for (int k = 0; k < EXPANSIONS && waited < PATIENCE && !diag__is_spent(q); k++) {
+    for (int k = 0; k < DIAG_MANY_FITS && waited < DIAG_TRIES && !diag__is_spent(q); k++) {
         int look = 0;
         diag__row *row = next_row(q, t, &look);
         if (row == NULL || status != STEIN_OK) {

@@ -37,6 +37,7 @@
 
 #include "diagnosing.h"
 #include "mixed.h"
+#include "thresholds.h"
 
 enum {
     DIAG_CAUSES = FIT__ACCEPTED,
@@ -164,13 +165,12 @@ typedef struct diag__proposal {
     const struct diag__proposer *by;
 } diag__proposal;
 
-enum { DIAG_ASIDE = 6 };
 /** All rows of a search. */
 typedef struct diag__table {
     diag__row **row; /* in the order of evaluation */
     int n;
-    diag__linear last;                /* linear model of the row that was expanded last */
-    diag__proposal aside[DIAG_ASIDE]; /* parts that were no first choice, see search.c */
+    diag__linear last;                    /* linear model of the row that was expanded last */
+    diag__proposal aside[DIAG_SOME_FITS]; /* parts that were no first choice, see search.c */
     int naside;
 } diag__table;
 
@@ -408,11 +408,7 @@ stein_status diag__search(diag__problem *q, diag__table *t, stein_err *err);
 diag__row *diag__incumbent(const diag__problem *q, const diag__table *t);
 /** Gain of the observer with which a row is linearised first; 0: it is near enough without. */
 double diag__observer_gain(const diag__row *row);
-extern const double diag__least_gain; /* of -2 ln L, to name a cause */
-extern const double diag__unended;    /* the same that a search's fit may end above its minimum */
-extern const double diag__convincing; /* of -2 ln L, odds of 1 to 100 */
 int diag__leaves_noise(const diag__problem *q, const diag__row *row);
-extern const double diag__noise_like; /* chi2/dof near that of noise */
 /** Expands rows until nothing proposed can be better. @return OK, ENOMEM */
 stein_status diag__expand_all(diag__problem *q, diag__table *t, stein_err *err);
 /** Largest chi2/dof of noise: stated noise is known better than estimated noise. */

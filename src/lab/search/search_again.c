@@ -9,9 +9,7 @@
 
 #include "proposals.h"
 
-enum { MANY = 5 };                       /* records for a cause */
 static const double tiny = 1e-6;         /* variance of noise, in the stated one */
-static const double of_starts = 0.1;     /* what uncertain initial states may leave of a misfit */
 static const double lost_starts = 100.0; /* chi2/dof: laws of contacts look like starts in less */
 
 const diag__proposer diag__step_settings = {
@@ -68,7 +66,7 @@ static stein_status loosen(diag__problem *q, diag__table *t, const diag__row *ro
             rough.h = diag__without(rough.h, row->h.cause[i]);
         }
     }
-    int had = rough.h.n == row->h.n && row->h.n > 0 && row->chi2_dof < diag__noise_like;
+    int had = rough.h.n == row->h.n && row->h.n > 0 && row->chi2_dof < diag__near_noise;
     for (int i = 0; i < t->n; i++) {
         had |= t->row[i]->rough && !t->row[i]->superseded && diag__equals(&t->row[i]->h, &rough.h);
     }
@@ -100,7 +98,7 @@ stein_status diag__doubt_starts(diag__problem *q, diag__table *t, diag__row *exa
     stein_status status = diag__problem_null(q, err);
     status = status == STEIN_OK ? diag__try(q, t, &null, &loose, err) : status;
     int taken = status == STEIN_OK && loose != NULL && loose->failed == NULL &&
-                loose->chi2_dof - 1.0 < of_starts * (exact->chi2_dof - 1.0) &&
+                loose->chi2_dof - 1.0 < diag__part_of * (exact->chi2_dof - 1.0) &&
                 !diag__leaves_noise(q, loose);
     if (taken) {
         exact->superseded = 1;
@@ -125,8 +123,8 @@ stein_status diag__with_settings(diag__problem *q, diag__table *t, stein_err *er
         return STEIN_OK;
     }
     // settings that are off in every record by another amount are not explained by few causes
-    int told = best->h.n > 0 && MANY * best->h.n <= best->p.nstroke &&
-               diag__leaves_noise(q, best) && null != NULL && null->chi2_dof > diag__noise_like;
+    int told = best->h.n > 0 && DIAG_SEVERAL * best->h.n <= best->p.nstroke &&
+               diag__leaves_noise(q, best) && null != NULL && null->chi2_dof > diag__near_noise;
     stein_status status = null != NULL && !told ? loosen(q, t, null, err) : STEIN_OK;
     status = status == STEIN_OK && best->h.n > 0 ? loosen(q, t, best, err) : status;
     return status == STEIN_OK && diag__incumbent(q, t)->rough ? diag__expand_all(q, t, err)

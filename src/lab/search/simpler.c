@@ -9,13 +9,8 @@
 
 #include "proposals.h"
 
-enum { STARTS = 3 };                 /* of one proposal */
-enum { TRIES = 3 };                  /* fits of one hypothesis because a better end is expected */
-static const double near = 25.0;     /* chi2/dof: a fit that ended further off may have been lost */
-static const double nearer = 0.25;   /* share of the null's chi2/dof: so it has */
-static const double rounding = 12.0; /* of -2 ln L that linear predictions miss near the end */
-static const double shorter = 0.1;   /* of an amount, where a fit begins anew */
-static const double idle = 1.96;     /* sd: an amount that may be 0 */
+static const double nearer = 0.25; /* share of the null's chi2/dof: so it has */
+static const double shorter = 0.1; /* of an amount, where a fit begins anew */
 
 /* Rows of a hypothesis; of those that one proposer made, the ones from other rows than `parent`. */
 int diag__tries(const diag__table *t, const diag__hypothesis *h, const diag__proposer *by,
@@ -55,7 +50,7 @@ stein_status diag__try(diag__problem *q, diag__table *t, const diag__proposal *p
     const diag__row *parent = p->parent >= 0 ? t->row[p->parent] : NULL;
     stein_status status = STEIN_OK;
     *one = NULL;
-    for (int k = 0; k < STARTS && status == STEIN_OK; k++) {
+    for (int k = 0; k < DIAG_TRIES && status == STEIN_OK; k++) {
         diag__row *row = NULL;
         status = diag__evaluate(q, t, &from, &row, err);
         if (row == NULL) {
@@ -96,11 +91,11 @@ stein_status diag__drop_idle(diag__problem *q, diag__table *t, const diag__row *
     stein_status status = STEIN_OK;
     for (int i = 0; i < row->h.n && row->h.n > 1 && status == STEIN_OK; i++) {
         double sd, amount = diag__amount(row, i, &sd), z = amount / sd;
-        int idles = fabs(z) < idle || !diag__amount_is_possible(q, row, i);
+        int idles = fabs(z) < diag__interval || !diag__amount_is_possible(q, row, i);
         diag__proposal p = simpler(q, t, row, i, &diag__propose_drop);
         const diag__row *had = diag__find(t, &p.h);
-        int better = had == NULL || (row->objective + z * z < had->objective - rounding &&
-                                     diag__tries(t, &p.h, &diag__propose_drop, -1) < TRIES);
+        int better = had == NULL || (row->objective + z * z < had->objective - diag__worth &&
+                                     diag__tries(t, &p.h, &diag__propose_drop, -1) < DIAG_TRIES);
         diag__row *one = NULL;
         if (idles && better && !diag__is_spent(q)) {
             status = diag__try(q, t, &p, &one, err);
@@ -138,7 +133,7 @@ static const diag__row *start_of_null(const diag__problem *q, const diag__table 
                                       const diag__row *null)
 {
     const diag__row *best = diag__incumbent(q, t), *from = NULL;
-    double least = null->objective - rounding;
+    double least = null->objective - diag__worth;
     for (int i = 0; i < t->n; i++) {
         const diag__row *row = t->row[i];
         double sd, z = row->h.n == 1 && diag__is_possible(q, row) ? diag__amount(row, 0, &sd) / sd
@@ -148,7 +143,7 @@ static const diag__row *start_of_null(const diag__problem *q, const diag__table 
             from = row;
         }
     }
-    int lost = best->h.n > 0 && !(null->converged && null->chi2_dof < near) &&
+    int lost = best->h.n > 0 && !(null->converged && null->chi2_dof < diag__five_noises) &&
                best->chi2_dof < nearer * null->chi2_dof;
     return from == NULL && lost ? best : from;
 }

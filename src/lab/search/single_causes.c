@@ -17,9 +17,7 @@
 
 #include "proposals.h"
 
-enum { RECORDS = 6, MOST = 24, MOST_ANEW = 6 };
 static const double unexplained = 0.2; /* share of what chi2/dof is above 1: so little is left */
-static const double far = 50.0;        /* chi2/dof, and */
 static const double astray = 0.05;     /* residual in the motion: no fit has found the records */
 
 const diag__proposer diag__step_single = {.letter = 'E', .name = "single causes one by one"};
@@ -27,7 +25,7 @@ const diag__proposer diag__step_single = {.letter = 'E', .name = "single causes 
 /* has a fit ended far from the records? */
 static int is_far_off(const diag__row *row)
 {
-    return row == NULL || (row->chi2_dof > far && row->relative > astray);
+    return row == NULL || (row->chi2_dof > diag__seven_noises && row->relative > astray);
 }
 
 /* the proposal of column a, its amount within its limit and of a possible sign */
@@ -78,12 +76,12 @@ static stein_status try_columns(diag__problem *q, diag__table *t, const diag__li
     diag__rank(list, n);
     stein_status status = STEIN_OK;
     if (anew) {
-        n = n < MOST ? n : MOST;
+        n = n < DIAG_SINGLE_FITS ? n : DIAG_SINGLE_FITS;
         status = rank_by_reach(q, l, list, n, err);
         most += 2 * q->strokes;
     }
-    for (int i = 0; i < n && i < (anew ? MOST_ANEW : MOST) && !found && status == STEIN_OK &&
-                    q->strokes < most;
+    for (int i = 0; i < n && i < (anew ? DIAG_SOME_FITS : DIAG_SINGLE_FITS) && !found &&
+                    status == STEIN_OK && q->strokes < most;
          i++) {
         diag__row *one = NULL;
         single(q, l, list[i].a, &p);
@@ -109,7 +107,8 @@ stein_status diag__try_each(diag__problem *q, diag__table *t, stein_err *err)
     if (found || diag__is_spent(q)) {
         return STEIN_OK;
     }
-    stein_status status = diag__linearise(q, null, diag__observer_gain(null), RECORDS, &l, &why);
+    stein_status status =
+        diag__linearise(q, null, diag__observer_gain(null), DIAG_FEW_RECORDS, &l, &why);
     status = status == STEIN_OK ? try_columns(q, t, &l, err) : fit__forgive(status, err);
     diag__linear_free(&l);
     return status;

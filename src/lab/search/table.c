@@ -12,10 +12,8 @@
 
 /* amount that is possible [limits]: what a mechanism lacks; an instrument may be scaled for another
  * purpose, and the prior counts, too; of a time base gravity and lengths may say so */
-static const double largest = 3.0, of_instrument = 6.0;
-static const double of_clock = 10.0;
+static const double of_instrument = 6.0;
 /* times that, where nothing but noise is left: a plausible size is a guess, and its prior counts */
-static const double beyond = 10.0;
 
 /* ---- hypotheses ---- */
 
@@ -84,16 +82,16 @@ double diag__amount(const diag__row *row, int i, double *sd)
 
 int diag__thinkable(const lab_candidate *c, double amount)
 {
-    double most = c->effect->site == LAB_AT_CLOCK     ? of_clock
+    double most = c->effect->site == LAB_AT_CLOCK     ? diag__largest_read
                   : c->effect->site == LAB_AT_CHANNEL ? of_instrument
-                                                      : largest;
+                                                      : diag__largest;
     return fabs(amount) <= most && (lab_candidate_is_signed(c) || amount > 0.0);
 }
 
 int diag__amount_is_possible(const diag__problem *q, const diag__row *row, int i)
 {
     double sd, amount = diag__amount(row, i, &sd),
-               times = diag__leaves_noise(q, row) ? beyond : 1.0;
+               times = diag__leaves_noise(q, row) ? diag__largest_read : 1.0;
     return diag__thinkable(diag__base(q, row->h.cause[i]), amount / times);
 }
 

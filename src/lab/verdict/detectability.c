@@ -26,7 +26,7 @@
 #include "verdict.h"
 
 enum { OWN = DIAG_CAUSES };
-static const double sure = 1.645, points_to = 2.0, may_act = 3.0;
+static const double points_to = 2.0;
 
 const char *lab_presence_text(lab_presence presence)
 {
@@ -64,12 +64,12 @@ static void project(const diag__linear *l, int k, double *info, double *score)
 
 double diag__detectable(double info)
 {
-    return (sqrt(diag__least_gain + log1p(info)) + sure) / sqrt(info);
+    return (sqrt(diag__least_gain + log1p(info)) + diag__one_sided) / sqrt(info);
 }
 
 double diag__excludes(double info)
 {
-    return (sqrt(diag__convincing) + sure) / sqrt(info);
+    return (sqrt(diag__convincing) + diag__one_sided) / sqrt(info);
 }
 
 lab_power diag__power(const diag__problem *q, const diag__linear *l, int k)
@@ -78,14 +78,14 @@ lab_power diag__power(const diag__problem *q, const diag__linear *l, int k)
     double info, score, raw = l->I[(size_t)k * (size_t)l->n + (size_t)k];
     project(l, k, &info, &score);
     double sd = info > 1e-9 * raw ? 1.0 / sqrt(info) : INFINITY;
-    if (!(sure * sd < 1.0)) {
+    if (!(diag__one_sided * sd < 1.0)) {
         return (lab_power){.presence = LAB_NOT_TESTABLE,
                            .amount = NAN,
                            .sd = NAN,
                            .detectable = NAN,
                            .upper = NAN,
                            .because =
-                               sure / sqrt(raw) < 1.0
+                               diag__one_sided / sqrt(raw) < 1.0
                                    ? "other numbers of the file, the causes or what is unknown "
                                      "of each record can act in the same way"
                                    : "too little of it shows in these records"};
@@ -94,12 +94,12 @@ lab_power diag__power(const diag__problem *q, const diag__linear *l, int k)
            toward = lab_candidate_is_signed(c) ? fabs(a) : a;
     int hides = detectable > 1.0, points = toward >= points_to * sd,
         noise = diag__leaves_noise(q, l->row),
-        beside = noise && l->own > 0 && toward >= may_act * sd;
+        beside = noise && l->own > 0 && toward >= diag__beyond_chance * sd;
     return (lab_power){.presence = points || hides || !noise ? LAB_WEAK : LAB_ABSENT,
                        .amount = a * c->limit,
                        .sd = sd * c->limit,
                        .detectable = detectable * c->limit,
-                       .upper = (fmax(toward, 0.0) + sure * sd) * c->limit,
+                       .upper = (fmax(toward, 0.0) + diag__one_sided * sd) * c->limit,
                        .beside = beside,
                        .because = beside   ? "it may act beside the causes"
                                   : points ? "something points to it"

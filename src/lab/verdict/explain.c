@@ -63,10 +63,10 @@ static char *of_row(const diag__problem *q, const diag__table *t, const diag__ju
     }
     double sd, amount = diag__amount(row, i, &sd), behind = row->objective - best->objective;
     char *is = words(q, &row->h), *verdict = words(q, &best->h), *text = NULL;
-    const char *why = row == best                  ? "it is in the verdict"
-                      : !diag__is_possible(q, row) ? "its amount is not possible"
-                      : fabs(amount) < 1.96 * sd   ? "its interval contains 0"
-                      : behind <= 9.2 && row->h.n == best->h.n
+    const char *why = row == best                          ? "it is in the verdict"
+                      : !diag__is_possible(q, row)         ? "its amount is not possible"
+                      : fabs(amount) < diag__interval * sd ? "its interval contains 0"
+                      : behind <= diag__convincing && row->h.n == best->h.n
                           ? "it is a rival: the records cannot tell it from the verdict"
                       : row->h.n > best->h.n ? "a cause more does not gain enough"
                                              : "the verdict's hypothesis fits better";

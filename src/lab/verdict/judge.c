@@ -31,16 +31,6 @@
 
 #include "verdict.h"
 
-static const double same_fit = 2.0;        /* of -2 ln L: no difference */
-static const double by_chance = 0.01;      /* of one of all numbers */
-static const double by_chance_mean = 1e-3; /* of a mean of what scatters */
-const double diag__beyond_doubt = 1e-4;    /* of any record among all, where one is odd */
-static const double must_explain = 0.5;    /* share of the misfit beyond noise */
-static const double unusable = 50.0;       /* chi2/dof of the best hypothesis */
-static const double no_model = 0.2;        /* residual in the motion */
-static const double white = 5.0;           /* samples: a residual that is noise by its colour */
-static const double within = 1.96;         /* sd */
-
 static double gain_of(const diag__evidence *more, const diag__evidence *less)
 {
     return less->objective - more->objective;
@@ -77,9 +67,10 @@ int diag__gains(const diag__evidence *more, const diag__evidence *less, const di
         return 0;
     }
     double z = fabs(more->amount[i]) / fmax(more->sd[i], 1e-300);
-    int beyond = more->tolerated[i] && s->tolerances * 2.0 * gsl_cdf_ugaussian_Q(z) <= by_chance;
+    int beyond =
+        more->tolerated[i] && s->tolerances * 2.0 * gsl_cdf_ugaussian_Q(z) <= diag__by_chance;
     int mean = more->scatters[i] && s->freedom > 0.0 &&
-               2.0 * gsl_cdf_tdist_Q(z, s->freedom) < by_chance_mean;
+               2.0 * gsl_cdf_tdist_Q(z, s->freedom) < diag__by_chance_mean;
     return beyond || mean;
 }
 
@@ -102,7 +93,7 @@ static int excludes_zero(const diag__evidence *e, const diag__evidence *all, int
 {
     int yes = 1;
     for (int i = 0; i < e->n; i++) {
-        yes &= fabs(e->amount[i]) > within * e->sd[i] || loses(e, i, all, rows);
+        yes &= fabs(e->amount[i]) > diag__interval * e->sd[i] || loses(e, i, all, rows);
     }
     return yes;
 }
@@ -150,7 +141,7 @@ static int best_of(const diag__evidence *e, int rows, int n, const diag__setting
     for (int i = 0, from = best; i < rows && from >= 0; i++) {
         int better = e[i].n == n && e[i].possible && n == 1 && e[i].named[0] && !e[from].named[0] &&
                      e[i].place[0] == e[from].place[0] &&
-                     e[i].objective < e[from].objective + same_fit;
+                     e[i].objective < e[from].objective + diag__same_fit;
         best = better && (best == from || e[i].objective < e[best].objective) ? i : best;
     }
     for (int i = 0, from = best; i < rows && from >= 0; i++) {
@@ -174,7 +165,8 @@ static int same_causes(const diag__evidence *a, const diag__evidence *b)
 /* is what a hypothesis leaves noise? */
 static int is_noise(const diag__evidence *e, const diag__setting *s)
 {
-    return !e->scatters_most && (e->chi2_dof <= s->most_noise || (!s->stated && e->memory < white));
+    return !e->scatters_most &&
+           (e->chi2_dof <= s->most_noise || (!s->stated && e->memory < DIAG_WHITE));
 }
 
 /* hypotheses with as many causes and nearly the same evidence as the best one, each once */
@@ -209,13 +201,13 @@ static diag__finding find(const diag__evidence *e, int n, const diag__judgement 
 {
     const diag__evidence *null = &e[j->null], *best = &e[j->best];
     int noise = is_noise(best, s);
-    if (best->chi2_dof > unusable && best->relative > no_model) {
+    if (best->chi2_dof > diag__seven_noises && best->relative > diag__no_model) {
         return DIAG_FAR_OFF;
     }
     if (best->n == 0) {
         return noise ? DIAG_EXPLAINED : null->converged ? DIAG_NO_CAUSE : DIAG_NOT_CONVERGED;
     }
-    if (!noise && j->share < must_explain) {
+    if (!noise && j->share < diag__most_of) {
         return best->converged ? DIAG_MOST_LEFT : DIAG_NOT_CONVERGED;
     }
     return excludes_zero(best, e, n)                                 ? DIAG_NAMED
@@ -244,7 +236,7 @@ static void find_nearest(const diag__evidence *e, int n, diag__judgement *j, con
     j->near =
         one >= 0 ? (null->chi2_dof - e[one].chi2_dof) / fmax(null->chi2_dof - 1.0, 1e-9) : 0.0;
     int much = one >= 0 && e[one].objective < null->objective - diag__convincing;
-    j->nearest = much && j->near > must_explain ? one : -1;
+    j->nearest = much && j->near > diag__most_of ? one : -1;
 }
 
 diag__judgement diag__judge(const diag__evidence *e, int n, const diag__setting *s)

@@ -246,8 +246,8 @@ stein_status diag__take_odd_setting(const diag__problem *q, const diag__odd_sett
     s->number[0] = (lab_cause_number){.unit = c.unit,
                                       .value = s->amount,
                                       .sd = odd->sd * c.limit,
-                                      .lo = s->amount - 1.96 * odd->sd * c.limit,
-                                      .hi = s->amount + 1.96 * odd->sd * c.limit};
+                                      .lo = s->amount - diag__interval * odd->sd * c.limit,
+                                      .hi = s->amount + diag__interval * odd->sd * c.limit};
     snprintf(s->number[0].name, sizeof s->number[0].name, "%s", c.effect->size);
     o->ncause++;
     o->nsuspect++;

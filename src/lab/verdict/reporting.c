@@ -16,8 +16,6 @@
 #include "verdict.h"
 
 enum { DRAWS = 2000, BLOCKS = 8 };
-/* chi2/dof of the fit up to which a record that is far off is a lost one */
-static const double near_noise = 1.5;
 
 stein_status diag__report(const diag__row *row, const lab_dataset *data, diag__reported *to,
                           stein_err *err)
@@ -45,7 +43,7 @@ stein_status diag__report(const diag__row *row, const lab_dataset *data, diag__r
     }
     to->r = to->x + p->nu;
     memcpy(to->x, row->x, sizeof *to->x * (size_t)p->np);
-    status = diag__fit_own(p, row->D, row->chi2_dof < near_noise, to->x, to->r, err);
+    status = diag__fit_own(p, row->D, row->chi2_dof < diag__near_noise, to->x, to->r, err);
     if (status == STEIN_OK) {
         to->rmse = sqrt(fit__chi2(p, to->r) / fmax(1.0, p->samples));
     }

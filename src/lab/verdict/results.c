@@ -11,8 +11,6 @@
 
 #include "verdict.h"
 
-static const double normal95 = 1.96;
-
 /* Half a 95 % interval [sd]. Where records scatter by themselves, how much they do is estimated
  * from them, and beside few from the prior, too: Student's t. */
 static double half_interval(const fit__problem *p)
@@ -23,7 +21,7 @@ static double half_interval(const fit__problem *p)
         scatter |= p->unknown[t->first + k].kind == FIT__SCATTER;
     }
     double freedom = p->nstroke - 1 + diag__scatter_worth(p->nstroke);
-    return scatter && freedom > 0.0 ? gsl_cdf_tdist_Pinv(0.975, freedom) : normal95;
+    return scatter && freedom > 0.0 ? gsl_cdf_tdist_Pinv(0.975, freedom) : diag__interval;
 }
 
 static lab_cause_number *next_number(lab_suspect *to, const char *name, const char *unit)
@@ -44,7 +42,7 @@ static void note_numbers(const diag__row *row, int i, double gain, lab_suspect *
     double half = half_interval(p), sd;
     s->nnumber = 0;
     s->amount = diag__amount(row, i, &sd) * c->limit;
-    if (gain > diag__least_gain && fabs(row->x[at]) < normal95 * sd) {
+    if (gain > diag__least_gain && fabs(row->x[at]) < diag__interval * sd) {
         sd = fabs(row->x[at]) / sqrt(gain); // 0 is as far as the ratio of likelihoods has it
     }
     lab_cause_number *n = next_number(s, c->effect->size, c->unit);
@@ -154,7 +152,7 @@ static void allow_for(const diag__problem *q, const diag__linear *l, const doubl
         }
         lab_cause_number *n = &o->suspect[k].number[0];
         double shift = (with[i] - without[i]) * own.limit, half = fmax(n->hi - n->value, 0.0),
-               more = normal95 * shift / other->amount * other->sd;
+               more = diag__interval * shift / other->amount * other->sd;
         double lo = fmin(n->lo, n->value + shift - hypot(half, more)),
                hi = fmax(n->hi, n->value + shift + hypot(half, more));
         if (lo * hi > 0.0) { // else one could stand in the other's place: those are rivals
@@ -216,8 +214,8 @@ static void present(lab_suspect *s)
     s->power = (lab_power){.presence = LAB_PRESENT,
                            .amount = s->amount,
                            .sd = sd,
-                           .detectable = (5.0 + 1.645) * sd,
-                           .upper = fabs(s->amount) + 1.645 * sd,
+                           .detectable = (sqrt(diag__least_gain) + diag__one_sided) * sd,
+                           .upper = fabs(s->amount) + diag__one_sided * sd,
                            .because = "it is a cause"};
 }
 
@@ -258,8 +256,9 @@ static void list_causes(const diag__table *t, const diag__judgement *j, lab_diag
                 s.power = (lab_power){.presence = LAB_WEAK,
                                       .amount = s.amount,
                                       .sd = s.number[0].sd,
-                                      .detectable = (5.0 + 1.645) * s.number[0].sd,
-                                      .upper = fabs(s.amount) + 1.645 * s.number[0].sd,
+                                      .detectable = (sqrt(diag__least_gain) + diag__one_sided) *
+                                                    s.number[0].sd,
+                                      .upper = fabs(s.amount) + diag__one_sided * s.number[0].sd,
                                       .because = "it could stand in the cause's place"};
                 o->suspect[o->nsuspect++] = s;
                 o->nrival++;
@@ -301,8 +300,8 @@ static void note_value(const diag__problem *q, const diag__row *row, int k, lab_
                                             .start = f->value,
                                             .value = value,
                                             .sd = s,
-                                            .lo = value - normal95 * s,
-                                            .hi = value + normal95 * s,
+                                            .lo = value - diag__interval * s,
+                                            .hi = value + diag__interval * s,
                                             .prior_sd = u->sd * fabs(fit__slope(u, 0.0)),
                                             .data_sd = NAN};
 }

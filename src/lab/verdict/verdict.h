@@ -83,7 +83,6 @@ diag__judgement diag__judge(const diag__evidence *e, int n, const diag__setting 
 /** The finding where reporting records do not show what was named. @param null  the row without a
  * cause */
 diag__finding diag__not_shown(const diag__evidence *null, const diag__setting *s);
-extern const double diag__beyond_doubt; /* probability that any record is so far off */
 /** Does the first hypothesis, with a cause more, gain enough over the second one? */
 int diag__gains(const diag__evidence *more, const diag__evidence *less, const diag__setting *s);
 
