@@ -14,8 +14,6 @@
 
 #include "diagnosis.h"
 
-static const double of_gain = 0.03; /* so near its end a baseline is fitted, of a gain over it */
-
 /* ---- the judge's view of the table ---- */
 
 static int element(const diag__problem *q, int k)
@@ -101,7 +99,7 @@ static diag__row *contender(const diagnosis *d)
 {
     const diag__row *best = d->t.row[d->j.best];
     diag__row *found = NULL;
-    double least = evidence_of(&d->q, best).objective + diag__unended;
+    double least = evidence_of(&d->q, best).objective + diag__unended();
     for (int i = 0; i < d->t.n; i++) {
         diag__row *row = d->t.row[i];
         const diag__evidence e = evidence_of(&d->q, row);
@@ -143,7 +141,7 @@ static stein_status refine(diagnosis *d, stein_err *err)
     stein_status status = diag__refine_row(best, 0.0, err);
     if (status == STEIN_OK && null != best) { // what a cause gains is a difference of both
         double gain = null->objective - best->objective;
-        status = diag__refine_row(null, of_gain * gain, err);
+        status = diag__refine_row(null, diag__part_of * gain, err);
     }
     for (int i = 0; status == STEIN_OK && i < d->j.nrival; i++) {
         status = diag__refine_row(d->t.row[d->j.rival[i]], 0.0, err);
@@ -250,7 +248,7 @@ static int state_settings(diagnosis *d)
 static stein_status laws(diagnosis *d, stein_err *err)
 {
     const diag__row *best = d->t.row[d->j.best];
-    int hopeless = d->j.finding == DIAG_NAMED && d->j.share > diag__nearly_all &&
+    int hopeless = d->j.finding == DIAG_NAMED && d->j.share > diag__nearly_all() &&
                    best->chi2_dof > diag__seven_noises;
     int noise = best->chi2_dof <= d->setting.most_noise && !scatters_most(&d->q, best);
     if (noise || hopeless || diag__is_spent(&d->q)) {

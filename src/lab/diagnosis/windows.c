@@ -16,7 +16,6 @@
 #include "diagnosis.h"
 
 enum { LEAST_ROWS = 24, ROUNDS = 3 };
-static const double too_long = 0.25; /* share of windows at whose ends it has grown 3 grown */
 
 /* how the records' motion can be predicted, one problem made for that alone */
 typedef struct outlook {
@@ -114,9 +113,9 @@ static stein_status cut(diagnosis *d, const lab_model *model, const lab_dataset 
             n += is_chaotic[d->record_of[w]];
             bad += is_chaotic[d->record_of[w]] && o.horizon[w].growth > 3.0 * diag__grown;
         }
-        again = status == STEIN_OK && bad > too_long * n;
+        again = status == STEIN_OK && bad > diag__some_of * n;
         if (again) {
-            *at = time_at(&o, NULL, d->windows->n, too_long, *at);
+            *at = time_at(&o, NULL, d->windows->n, diag__some_of, *at);
         }
         d->cut = status == STEIN_OK && o.shown;
         outlook_free(&o);
@@ -171,8 +170,8 @@ stein_status diag__cut(diagnosis *d, const lab_model *model, const lab_dataset *
     stein_status status =
         is_chaotic != NULL ? look_ahead(d, model, data, &o, err) : lab__no_memory(err);
     for (int s = 0; status == STEIN_OK && s < data->n; s++) {
-        is_chaotic[s] = o.horizon[s].growth > diag__chaotic && data__can_cut(data->stroke[s]);
-        whole += o.horizon[s].growth > diag__chaotic && !is_chaotic[s];
+        is_chaotic[s] = o.horizon[s].growth > diag__chaotic() && data__can_cut(data->stroke[s]);
+        whole += o.horizon[s].growth > diag__chaotic() && !is_chaotic[s];
         n += is_chaotic[s];
         growth = fmax(growth, o.horizon[s].growth);
     }

@@ -37,9 +37,6 @@ static int is_called(const char *path, const char *name)
     return strcmp(path, name) == 0 || (last != NULL && strcmp(last + 1, name) == 0);
 }
 
-/* of a chi2/dof; of an amount that the next cause may take over where more than noise is left */
-static const double noise = 2.0, share = 0.3;
-
 static const lab_cause_number *find_number(const lab_suspect *s, const char *path)
 {
     for (int i = 0; path != NULL && i < s->nnumber; i++) {
@@ -200,7 +197,9 @@ static stein_status take_cause(extension *x, int k, stein_err *err)
         double after = x->p[c->param[i]];
         int follows = c->move == LAB_MOVE_SPRING && i > 0; // by the stiffness, not by the data
         double sd = moved_deviation(c, s, before[i], after);
-        sd = x->d->chi2_dof_after > noise ? fmax(sd, share * fabs(after - before[i])) : sd;
+        sd = x->d->chi2_dof_after > diag__guessed
+                 ? fmax(sd, diag__some_of * fabs(after - before[i]))
+                 : sd;
         mark(x, c->param[i], follows ? 0.0 : sd);
     }
     for (int i = 0; i < LAB_SIDES; i++) {

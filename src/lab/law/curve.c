@@ -17,8 +17,6 @@
 #include "curve.h"
 
 enum { FITTED = sizeof((diag__laws *)0)->curve / sizeof(diag__curve), NAME = 2 * MECH_NAME };
-static const double near = 0.3; /* share of the best linear gain from which on a curve is fitted */
-static const double close_enough = 1.2; /* chi2/dof over stated noise: no other curve is fitted */
 
 /* ---- the mechanism with all tables ---- */
 
@@ -151,14 +149,14 @@ static stein_status fit_best(diag__laws *l, diag__curve *c, stein_err *err)
     double best = c[0].gain;
     stein_status status = diag__stand(&l->all, diag__rung[0], err);
     for (int i = 0; status == STEIN_OK && i < l->in.nsite && l->n < FITTED; i++) {
-        if (i > 0 && !(c[i].gain > near * best)) {
+        if (i > 0 && !(c[i].gain > diag__some_of * best)) {
             break;
         }
         l->curve[l->n] = c[i];
         status = diag__curve_fit(&l->all, &l->curve[l->n], err);
         l->n++;
         if (status == STEIN_OK && l->curve[l->n - 1].fitted && fit__noise_given(&l->all.p) &&
-            diag__curve_chi2_dof(&l->all, &l->curve[l->n - 1]) < close_enough) {
+            diag__curve_chi2_dof(&l->all, &l->curve[l->n - 1]) < diag__near_noise) {
             break;
         }
     }

@@ -13,7 +13,6 @@
 
 enum { STEP_CHOICES = 2, ROUNDS = 5, ROUNDS_TO_SETTLE = 40 };
 enum { NOISE_ROUNDS = 15 };           // where each round estimates the noise as well
-static const double as_noise = 1.2;   /* chi2/dof up to which a curve leaves noise */
 static const double fine = 1e-12;     /* tolerance of a step where a fit settles */
 static const double least_gain = 0.5; /* of a round, to make another one */
 
@@ -39,7 +38,7 @@ static stein_status fit_from_null(diag__curves *w, diag__curve *c, int held, ste
     }
     int rounds = fit__noise_given(&w->p) ? ROUNDS : NOISE_ROUNDS;
     for (int i = 0; held && i < DIAG_RUNGS && end == STEIN_OK; i++) {
-        if (i > 0 && misfit(w, c->x, t.try_r) < diag__three_noises * w->p.samples) {
+        if (i > 0 && misfit(w, c->x, t.try_r) < diag__five_noises * w->p.samples) {
             break;
         }
         end = diag__rounds(&t, diag__rung[i], rounds, 0, &why);
@@ -57,7 +56,7 @@ stein_status diag__curve_fit(diag__curves *w, diag__curve *c, stein_err *err)
 {
     diag__curve other = *c;
     stein_status status = fit_from_null(w, c, 1, err);
-    if (status != STEIN_OK || (c->fitted && diag__curve_chi2_dof(w, c) < as_noise)) {
+    if (status != STEIN_OK || (c->fitted && diag__curve_chi2_dof(w, c) < diag__near_noise)) {
         return status;
     }
     status = fit_from_null(w, &other, 0, err);

@@ -15,12 +15,7 @@
 #include "curve.h"
 #include "functions.h"
 
-enum { SHAPE = 5 };                     // numbers of a smooth curve
-static const double must_explain = 0.7; /* share of the misfit beyond noise */
-static const double settled = 1.2;      /* chi2/dof up to which the last digits are worth it */
-static const double not_shown = 0.99;   /* ratio of held-out errors: they do not show the law */
-static const double certain = 4.0;      /* sd of a chi2/dof that is no chance */
-static const double nearly_all = 0.95;  /* share of the misfit: what is left is a shape */
+enum { SHAPE = 5 }; // numbers of a smooth curve
 
 double diag__curve_chi2_dof(const diag__curves *w, const diag__curve *c)
 {
@@ -116,8 +111,8 @@ static stein_status note(const diag__curves *w, const diag__curve *c, lab_law *t
         double digits = to->sd[k] > 0.0 ? pow(10.0, 2.0 - floor(log10(to->sd[k]))) : 0.0;
         to->value[k] = c->x[s->first + k];
         to->value[k] = digits > 0.0 ? round(to->value[k] * digits) / digits : to->value[k];
-        to->lo[k] = to->value[k] - 1.959964 * to->sd[k];
-        to->hi[k] = to->value[k] + 1.959964 * to->sd[k];
+        to->lo[k] = to->value[k] - diag__interval * to->sd[k];
+        to->hi[k] = to->value[k] + diag__interval * to->sd[k];
         to->seen[k] = s->seen[k];
     }
     return STEIN_OK;
@@ -157,8 +152,8 @@ static stein_status note_values(const diag__curves *w, const diag__curve *c, lab
                                                 .start = m->params[param].value,
                                                 .value = value,
                                                 .sd = s,
-                                                .lo = value - 1.959964 * s,
-                                                .hi = value + 1.959964 * s,
+                                                .lo = value - diag__interval * s,
+                                                .hi = value + diag__interval * s,
                                                 .prior_sd = u->sd * fabs(fit__slope(u, 0.0)),
                                                 .data_sd = NAN};
     }
@@ -210,7 +205,7 @@ static double scale_free_gain(const diag__laws *l, const lab_law *law)
 static int is_shape_of(const lab_law *law, const diag__judgement *j, const diag__row *best)
 {
     // NOLINTNEXTLINE(clang-analyzer-core.NonNullParamChecker): a law that was noted has a state
-    int yes = strcmp(law->of, "speed") == 0 && j->share > nearly_all;
+    int yes = strcmp(law->of, "speed") == 0 && j->share > diag__nearly_all();
     for (int i = 0; i < best->h.n; i++) {
         const lab_candidate *c = &best->cause[i];
         yes = yes && strcmp(c->place, law->place) == 0 &&
@@ -272,10 +267,10 @@ static int explains_all(const diag__laws *l, const lab_law *law, const diag__rep
 {
     double sd = sqrt(2.0 / fmax(1.0, after->p.samples));
     int reported = !isfinite(after->rmse) || !fit__noise_given(&l->all.p) ||
-                   after->rmse * after->rmse < 1.0 + certain * sd;
+                   after->rmse * after->rmse < 1.0 + diag__certain * sd;
     int noise =
         !fit__noise_given(&l->all.p) || law->chi2_dof <= diag__most_noise(l->all.q, &l->all.p);
-    return law->share >= must_explain && noise && reported;
+    return law->share >= diag__most_of && noise && reported;
 }
 
 static void say(const diag__laws *laws, lab_diagnosis *o, double before, int all)
@@ -312,7 +307,7 @@ stein_status diag__law_judge(diag__laws *l, const diag__judgement *j, const diag
     diag__curve *c = l->curve;
     stein_status status = STEIN_OK;
     prefer_speed(l);
-    if (l->n > 0 && c[0].fitted && diag__curve_chi2_dof(&l->all, &c[0]) < settled) {
+    if (l->n > 0 && c[0].fitted && diag__curve_chi2_dof(&l->all, &c[0]) < diag__near_noise) {
         status = diag__curve_settle(&l->all, &c[0], err);
     }
     o->law = calloc((size_t)l->n + 1, sizeof *o->law);
@@ -333,7 +328,7 @@ stein_status diag__law_judge(diag__laws *l, const diag__judgement *j, const diag
         stein_err why;
         status = fit__forgive(report(l, &c[0], reporting, after, &why), err);
         law->held_out = after->rmse;
-        law->pays = !(law->held_out > not_shown * before->rmse);
+        law->pays = !(law->held_out > diag__no_gain * before->rmse);
     }
     if (law->pays && status == STEIN_OK) {
         o->verdict = LAB_VERDICT_UNKNOWN_EFFECT;

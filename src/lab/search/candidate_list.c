@@ -14,7 +14,6 @@
 
 static const double nothing = 1e-300; /* of a friction */
 static const double of_stated = 0.1;  /* its size: plausible error where all records state one */
-static const double held = 0.1;       /* gain of the observer that shows how far records go */
 
 stein_status diag__check_without(const lab_diagnose_def *def, stein_err *err)
 {
@@ -83,7 +82,7 @@ static stein_status run_records(void *ctx, stein_status (*look)(void *watch, ste
     fit__problem p = q->null;
     fit__bench bench;
     viewer v = {look, watch};
-    p.gain = held;
+    p.gain = diag__rung[0];
     double *y = malloc(sizeof *y * ((size_t)p.rows + 1)), *x = calloc((size_t)p.nu + 1, sizeof *x);
     stein_status status = fit__bench_make(&bench, &p, err);
     if (status == STEIN_OK && (y == NULL || x == NULL)) {

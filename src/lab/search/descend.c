@@ -34,12 +34,9 @@ enum {
     CORRECTIONS = 75,
     FOLLOWING = 8
 };
-static const double falling = 0.8;    /* of the objective: it leads on */
-static const double follows = 0.02;   /* residual in the motion: up to there records are followed */
-static const double astray = 0.1;     /* the same: the phase is lost */
-static const double at_noise = 1.2;   /* where the record in the middle leaves no more, */
-static const double no_weight = 1e-3; /* of a record that a fit has lost */
-static const double horizon = 1.5;    /* from one to the next */
+static const double falling = 0.8;        /* of the objective: it leads on */
+static const double no_weight = 1e-3;     /* of a record that a fit has lost */
+static const double horizon = 1.5;        /* from one to the next */
 static const double least_horizon = 0.01; /* share of the longest record */
 
 /* ---- fits ---- */
@@ -112,7 +109,7 @@ static stein_status descend_held(fit__problem *p, fit__end *e, stein_err *err)
     }
     memcpy(x, e->x, size);
     diag__hold_scatter(p, 1);
-    for (int i = 0; i < DIAG_RUNGS && least > diag__three_noises; i++) {
+    for (int i = 0; i < DIAG_RUNGS && least > diag__five_noises; i++) {
         stein_err why;
         p->gain = diag__rung[i];
         stein_status status = fit__descend(p, e, 0, diag__fit_ends, RENEWALS_HELD, &why);
@@ -159,7 +156,7 @@ static double lost_from(const fit__problem *p, double until)
     for (int s = 0; s < p->nstroke; s++) {
         for (int c = 0; c < p->stroke[s].nch; c++) {
             double motion = motion_of(&p->stroke[s], c, until, &n);
-            sum += fmax(diag__five_noises * n, astray * astray * motion);
+            sum += fmax(diag__five_noises * n, diag__no_model * diag__no_model * motion);
         }
     }
     return fmax(1.0, sum);
@@ -211,7 +208,8 @@ static stein_status descend_to_end(fit__problem *p, fit__end *e, stein_err *err)
 /* does a fit end where its simulation does not follow the records? */
 static int is_lost(const fit__problem *p, double objective, const double *r)
 {
-    return !(objective < diag__five_noises * p->samples) && !(diag__relative(p, r) < follows);
+    return !(objective < diag__five_noises * p->samples) &&
+           !(diag__relative(p, r) < diag__followed);
 }
 
 /* First without an observer, which costs a quarter. Where that has lost the records, from the same
@@ -324,7 +322,7 @@ static stein_status restart(fit__problem *own, fit__end *e, stein_err *err)
     double *room = malloc(sizeof *room * (nu + rows + fit__columns(own) + 1));
     gsl_rng *rng = gsl_rng_alloc(gsl_rng_mt19937);
     stein_status status = room != NULL && rng != NULL ? STEIN_OK : lab__no_memory(err);
-    for (int d = 0; d < DIAG_SOME_FITS && status == STEIN_OK && !(e->objective < near); d++) {
+    for (int d = 0; d < DIAG_FEW_FITS && status == STEIN_OK && !(e->objective < near); d++) {
         fit__end other = {.x = room, .r = room + nu, .J = room + nu + rows};
         stein_err why;
         memcpy(other.x, e->x, sizeof *other.x * nu);
@@ -450,10 +448,10 @@ static int outliers(const fit__problem *p, const double *r, double scale, double
 {
     double middle = by_record(p, r, chi2);
     int n = 0;
-    *near = middle * scale * scale < at_noise;
+    *near = middle * scale * scale < diag__near_noise;
     for (int s = 0; s < p->nstroke; s++) {
         double unit = *near ? scale * scale : 1.0;
-        double most = *near ? most_alone(&p->stroke[s]) : diag__three_noises;
+        double most = *near ? most_alone(&p->stroke[s]) : diag__five_noises;
         which[s] = chi2[s] * unit > most * fmax(1.0, middle * unit);
         n += which[s];
     }

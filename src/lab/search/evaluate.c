@@ -22,9 +22,8 @@
 #include "functions.h"
 #include "search.h"
 
-enum { RENEWALS = 5, REFINEMENTS = 8, NOISES = 6, COUNTED = 10 };
+enum { RENEWALS = 5, REFINEMENTS = 8, NOISES = 6 };
 static const double same_noise = 0.1; /* relative change of noise that is none */
-static const double beaten = 2.0;     /* chi2/dof in that of a hypothesis that leaves noise */
 static const double finer = 0.1;      /* steps where numbers are reported, in those of a search */
 static const double least_scatter = 0.01; /* sd of a refined fit [of the prior] */
 
@@ -67,7 +66,7 @@ void diag__scale_noise(fit__problem *p, double factor)
  * samples: one law may take all of a misfit away, and that is more than one coincidence. */
 static double memory_of(const fit__problem *p, const double *r)
 {
-    double most = p->samples / (COUNTED * fmax(1.0, p->nstroke));
+    double most = p->samples / (DIAG_COUNTED * fmax(1.0, p->nstroke));
     return fmax(1.0, fmin(fit__memory(p, r), most));
 }
 
@@ -119,7 +118,7 @@ static int is_beaten(const diag__problem *q, const diag__table *t, const diag__r
 {
     const diag__row *best = diag__incumbent(q, t);
     double left = fit__chi2_dof(&row->p, row->r) * row->scale * row->scale;
-    return best != NULL && diag__leaves_noise(q, best) && left > beaten * best->chi2_dof;
+    return best != NULL && diag__leaves_noise(q, best) && left > diag__guessed * best->chi2_dof;
 }
 
 /* derivatives to begin with, those of the parent and those of new causes. @return are they there?
@@ -347,7 +346,7 @@ stein_status diag__refine_row(diag__row *row, double within, stein_err *err)
     }
     memcpy(room, row->x, sizeof *room * n);
     memcpy(room + n, row->J, sizeof *room * nJ);
-    stein_status status = refine(row, fmax(diag__refined, within), &why);
+    stein_status status = refine(row, fmax(diag__fit_ends, within), &why);
     if (status != STEIN_OK || !isfinite(row->objective)) { // no finite derivatives: as it was
         memcpy(row->x, room, sizeof *room * n);
         memcpy(row->J, room + n, sizeof *room * nJ);

@@ -152,7 +152,7 @@ static void fill(lab__mixed *m, const fit__problem *p, const slots *l, int s, co
 
 double diag__scatter_worth(int records)
 {
-    return fmax(0.0, DIAG_SEVERAL - records);
+    return fmax(0.0, DIAG_FEW_RECORDS - records);
 }
 
 int diag__scatters_most(const double *D)

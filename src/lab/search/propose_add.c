@@ -12,8 +12,6 @@
 
 #include "proposals.h"
 
-static const double beyond_chance = 2.5; /* z of a score */
-
 /* the row's own causes and columns a, b (-1: none) */
 static int take(const diag__linear *l, int a, int b, diag__proposal *to)
 {
@@ -121,7 +119,7 @@ static int moved(const diag__problem *q, const diag__table *t, const diag__linea
         int cause = l->cause[a];
         size_t k = (size_t)a;
         double info = l->I[k * (size_t)l->n + k], z = info > 0.0 ? fabs(l->s[k]) / sqrt(info) : 0.0;
-        if ((diag__is_tolerated(q, cause) || diag__scatters(q, cause)) && z > beyond_chance &&
+        if ((diag__is_tolerated(q, cause) || diag__scatters(q, cause)) && z > diag__beyond_chance &&
             take(l, a, -1, &p) && diag__is_thinkable(q, &p)) {
             list[n++] = (diag__ranked){a, -1, -z};
         }

@@ -11,8 +11,7 @@
 
 #include "proposals.h"
 
-static const double far_amount = 0.3; /* share by which a linear model wants another amount */
-static const double quarters = 1.2;   /* of its range: another start of a number beside an amount */
+static const double quarters = 1.2; /* of its range: another start of a number beside an amount */
 
 /* own causes but i and j, and column c (-1: none) */
 static int take(const diag__linear *l, int i, int j, int c, diag__proposal *to)
@@ -168,7 +167,7 @@ static int restart(const diag__problem *q, const diag__table *t, const diag__lin
     }
     for (int i = 0; i < l->own; i++) {
         double is = diag__amount(l->row, i, &sd);
-        off |= fabs(amount[i] - is) > far_amount * fabs(is);
+        off |= fabs(amount[i] - is) > diag__some_of * fabs(is);
     }
     if (off && diag__is_thinkable(q, &out[0])) {
         out[found++].by = &diag__propose_restart;

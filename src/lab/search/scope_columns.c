@@ -11,11 +11,6 @@
 
 #include "scope_columns.h"
 
-enum {
-    KEPT = 8, /* beside the causes, and in the place of each */
-    OF_ONE_BASE = 2
-};
-
 /* a cause of a part of the records */
 typedef struct ranked {
     int cause, base; /* base: column */
@@ -83,7 +78,7 @@ static int take_best(chooser *c, int *cause, int n)
 {
     int kept = 0;
     qsort(c->list, (size_t)c->nlist, sizeof *c->list, by_gain);
-    for (int i = 0; i < c->nlist && kept < KEPT && n < DIAG_SCOPED; i++) {
+    for (int i = 0; i < c->nlist && kept < DIAG_MANY_FITS && n < DIAG_SCOPED; i++) {
         int same = 0, there = 0;
         for (int k = 0; k < i; k++) {
             same += c->list[k].base == c->list[i].base;
@@ -91,7 +86,7 @@ static int take_best(chooser *c, int *cause, int n)
         for (int k = 0; k < n; k++) {
             there |= cause[k] == c->list[i].cause;
         }
-        if (same < OF_ONE_BASE && !there) {
+        if (same < DIAG_TRIES && !there) {
             cause[n++] = c->list[i].cause;
             kept++;
         }

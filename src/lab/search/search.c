@@ -15,17 +15,14 @@
 
 #include "proposals.h"
 
-enum { PROPOSALS = 12, HELD_RECORDS = 5, HELD = 1, FREE = 2 };
-static const double twice = 2.0;      /* the share of inputs is known to a factor of two: chosen */
-static const double matters = 0.5;    /* such a share: the noise is no longer as stated */
-static const double of_excess = 0.05; /* a cause more has to explain that share of it */
+enum { HELD = 1, FREE = 2 };
 
 double diag__most_noise(const diag__problem *q, const fit__problem *p)
 {
     double sd = sqrt(2.0 / fmax(1.0, p->samples - p->nu)),
            most = 1.0 + diag__slack + diag__certain * sd;
     return (fit__noise_given(p) ? fmin(most, diag__guessed) : diag__guessed) +
-           twice * q->input_noise;
+           diag__guessed * q->input_noise;
 }
 
 /* is what a row leaves as small as noise, with what noise of measured forces adds? */
@@ -33,7 +30,7 @@ static int is_small(const diag__problem *q, const diag__row *row)
 {
     double sd = sqrt(2.0 / fmax(1.0, row->p.samples - row->p.nu));
     double most = fit__noise_given(&row->p) ? 1.0 + diag__beyond_chance * sd : diag__guessed;
-    return row->chi2_dof <= most + twice * q->input_noise;
+    return row->chi2_dof <= most + diag__guessed * q->input_noise;
 }
 
 int diag__leaves_noise(const diag__problem *q, const diag__row *row)
@@ -69,13 +66,13 @@ static int next_look(const diag__table *t, const diag__row *row)
     for (int i = 0; i < t->n; i++) {
         const diag__row *other = t->row[i];
         if (!other->superseded && other->rough == row->rough && diag__equals(&other->h, &row->h) &&
-            row->objective > other->objective - diag__worth) {
+            row->objective > other->objective - diag__worth()) {
             seen |= other->expanded;
         }
     }
     int first = diag__observer_gain(row) > 0.0 ? HELD : FREE, then = HELD + FREE - first;
     int more = row->chi2_dof > diag__near_noise &&
-               (then == HELD || row->scale > 1.0 || row->chi2_dof < diag__twenty_noises);
+               (then == HELD || row->scale > 1.0 || row->chi2_dof < diag__seven_noises);
     return !(seen & first) ? first : more && !(seen & then) ? then : 0;
 }
 
@@ -125,7 +122,7 @@ static double value_of(const diag__problem *q, const diag__linear *l, double exc
 {
     int stated = l->gain > 0.0 && l->row->scale <= 1.0;
     double drop = stated ? excess : l->row->objective - p->expected;
-    double each = fmax(diag__worth, of_excess * drop);
+    double each = fmax(diag__worth(), diag__part_of * drop);
     int partly = has_scoped(q, &p->h) && l->row->chi2_dof > diag__five_noises;
     return p->expected + p->h.n * each + (partly ? diag__part_of * excess : 0.0);
 }
@@ -159,12 +156,12 @@ static int collect(const diag__problem *q, const diag__table *t, const diag__lin
     int n = 0, row = diag__index(t, l->row);
     double excess = diag__excess(l->row);
     for (size_t i = 0; i < PROPOSERS; i++) {
-        n += proposer[i]->propose(q, t, l, list + n, PROPOSALS);
+        n += proposer[i]->propose(q, t, l, list + n, DIAG_MANY_FITS);
     }
     for (int i = 0; i < n; i++) {
         list[i].parent = row;
         list[i].held = l->gain > 0.0;
-        int idle = list[i].by->removes && list[i].expected < l->row->objective + diag__worth;
+        int idle = list[i].by->removes && list[i].expected < l->row->objective + diag__worth();
         list[i].value = idle                     ? -INFINITY
                         : list[i].by->look_alike ? -DBL_MAX
                                                  : value_of(q, l, excess, &list[i]);
@@ -214,7 +211,7 @@ static diag__fate is_worth(const diag__problem *q, const diag__table *t, const d
         int here = l->row == best && (q->scale_free || !is_small(q, best));
         return !other ? DIAG_NOT_NEW : here ? DIAG_TRIED : DIAG_ELSEWHERE;
     }
-    if (had != NULL && !again && !(p->expected < had->objective - diag__worth) &&
+    if (had != NULL && !again && !(p->expected < had->objective - diag__worth()) &&
         (diag__leaves_noise(q, had) || had->by == p->by || l->gain == 0.0)) {
         return DIAG_NOT_NEW; // unless a better end of its fit is expected
     }
@@ -225,13 +222,13 @@ static diag__fate is_worth(const diag__problem *q, const diag__table *t, const d
         int here = l->row->chi2_dof < diag__near_noise;
         return had != NULL ? DIAG_NOT_NEW : here ? DIAG_TRIED : DIAG_ELSEWHERE;
     }
-    double most = best->objective + diag__convincing + diag__worth;
+    double most = best->objective + diag__convincing + diag__worth();
     if (p->h.n < best->h.n) { // a cause less may lose no more than one has to gain
-        most = best->objective + diag__least_gain + diag__worth;
+        most = best->objective + diag__least_gain + diag__worth();
     } else if (p->h.n > best->h.n && (!q->scale_free || diag__leaves_noise(q, best))) {
         // a cause more has to gain; where noise is estimated from a few independent samples, a
         // linear model promises less than the ratio of what is left
-        most = best->objective - diag__worth;
+        most = best->objective - diag__worth();
     }
     return p->expected < most ? DIAG_TRIED : DIAG_UNEXPECTED;
 }
@@ -258,7 +255,7 @@ static void set_aside(const diag__problem *q, diag__table *t, const diag__row *r
             had |= diag__equals(&t->aside[k].h, &list[i].h);
         }
         if (!had && list[i].h.n == 1 && diag__base(q, cause)->effect->needs != NULL &&
-            list[i].expected < least && t->naside < DIAG_SOME_FITS) {
+            list[i].expected < least && t->naside < DIAG_FEW_FITS) {
             t->aside[t->naside++] = list[i];
         }
     }
@@ -285,13 +282,13 @@ static stein_status try_aside(diag__problem *q, diag__table *t, int *better, ste
 static stein_status expand(diag__problem *q, diag__table *t, diag__row *row, int look,
                            stein_err *err)
 {
-    diag__proposal list[PROPOSERS * PROPOSALS];
+    diag__proposal list[PROPOSERS * DIAG_MANY_FITS];
     diag__counted counted[PROPOSERS] = {{.by = NULL}};
     diag__linear l;
     stein_err why = {STEIN_OK, ""};
     double gain = look == HELD ? diag__rung[0] : 0.0;
     // what leaves much more than noise shows in a few records
-    int records = look == HELD                       ? HELD_RECORDS
+    int records = look == HELD                       ? DIAG_FEW_RECORDS
                   : row->chi2_dof > diag__near_noise ? DIAG_FEW_RECORDS
                                                      : DIAG_MANY_RECORDS;
     row->expanded |= look;
@@ -387,7 +384,7 @@ stein_status diag__search(diag__problem *q, diag__table *t, stein_err *err)
     diag__proposal null = {.h = {.n = 0}, .parent = -1, .by = &diag__step_null};
     diag__row *row;
     q->least_noise = 1.0;
-    q->scale_free = !fit__noise_given(&q->null) || q->input_noise > matters;
+    q->scale_free = !fit__noise_given(&q->null) || q->input_noise > diag__most_of;
     stein_status status = diag__evaluate(q, t, &null, &row, err);
     if (status == STEIN_OK && row->failed != NULL) {
         return lab__fail(err, STEIN_ENONFINITE, "%s", row->failed);

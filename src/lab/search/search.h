@@ -169,8 +169,8 @@ typedef struct diag__proposal {
 typedef struct diag__table {
     diag__row **row; /* in the order of evaluation */
     int n;
-    diag__linear last;                    /* linear model of the row that was expanded last */
-    diag__proposal aside[DIAG_SOME_FITS]; /* parts that were no first choice, see search.c */
+    diag__linear last;                   /* linear model of the row that was expanded last */
+    diag__proposal aside[DIAG_FEW_FITS]; /* parts that were no first choice, see search.c */
     int naside;
 } diag__table;
 

@@ -9,8 +9,7 @@
 
 #include "proposals.h"
 
-static const double tiny = 1e-6;         /* variance of noise, in the stated one */
-static const double lost_starts = 100.0; /* chi2/dof: laws of contacts look like starts in less */
+static const double tiny = 1e-6; /* variance of noise, in the stated one */
 
 const diag__proposer diag__step_settings = {
     .letter = 'S', .name = "settings that are off by what their digits allow"};
@@ -91,7 +90,7 @@ stein_status diag__doubt_starts(diag__problem *q, diag__table *t, diag__row *exa
 {
     diag__proposal null = {.h = {.n = 0}, .parent = -1, .by = &diag__step_settings};
     diag__row *loose = NULL;
-    if (!has_setting(q, 1) || exact->chi2_dof < lost_starts || diag__is_spent(q)) {
+    if (!has_setting(q, 1) || exact->chi2_dof < diag__seven_noises || diag__is_spent(q)) {
         return STEIN_OK;
     }
     q->fit_def.settings = LAB_SETTINGS_STARTS;
@@ -123,7 +122,7 @@ stein_status diag__with_settings(diag__problem *q, diag__table *t, stein_err *er
         return STEIN_OK;
     }
     // settings that are off in every record by another amount are not explained by few causes
-    int told = best->h.n > 0 && DIAG_SEVERAL * best->h.n <= best->p.nstroke &&
+    int told = best->h.n > 0 && DIAG_FEW_RECORDS * best->h.n <= best->p.nstroke &&
                diag__leaves_noise(q, best) && null != NULL && null->chi2_dof > diag__near_noise;
     stein_status status = null != NULL && !told ? loosen(q, t, null, err) : STEIN_OK;
     status = status == STEIN_OK && best->h.n > 0 ? loosen(q, t, best, err) : status;

@@ -9,7 +9,6 @@
 
 #include "proposals.h"
 
-static const double nearer = 0.25; /* share of the null's chi2/dof: so it has */
 static const double shorter = 0.1; /* of an amount, where a fit begins anew */
 
 /* Rows of a hypothesis; of those that one proposer made, the ones from other rows than `parent`. */
@@ -30,7 +29,7 @@ static int is_behind(const diag__problem *q, const diag__row *row, const diag__r
 {
     int more = row->h.n > parent->h.n && diag__contains(&row->h, &parent->h);
     return more && !parent->superseded && row->rough == parent->rough && row->failed == NULL &&
-           !q->scale_free && row->objective > parent->objective + diag__unended;
+           !q->scale_free && row->objective > parent->objective + diag__unended();
 }
 
 /* the same from smaller amounts of the new causes: the linear model has promised too much */
@@ -94,7 +93,7 @@ stein_status diag__drop_idle(diag__problem *q, diag__table *t, const diag__row *
         int idles = fabs(z) < diag__interval || !diag__amount_is_possible(q, row, i);
         diag__proposal p = simpler(q, t, row, i, &diag__propose_drop);
         const diag__row *had = diag__find(t, &p.h);
-        int better = had == NULL || (row->objective + z * z < had->objective - diag__worth &&
+        int better = had == NULL || (row->objective + z * z < had->objective - diag__worth() &&
                                      diag__tries(t, &p.h, &diag__propose_drop, -1) < DIAG_TRIES);
         diag__row *one = NULL;
         if (idles && better && !diag__is_spent(q)) {
@@ -133,7 +132,7 @@ static const diag__row *start_of_null(const diag__problem *q, const diag__table 
                                       const diag__row *null)
 {
     const diag__row *best = diag__incumbent(q, t), *from = NULL;
-    double least = null->objective - diag__worth;
+    double least = null->objective - diag__worth();
     for (int i = 0; i < t->n; i++) {
         const diag__row *row = t->row[i];
         double sd, z = row->h.n == 1 && diag__is_possible(q, row) ? diag__amount(row, 0, &sd) / sd
@@ -144,7 +143,7 @@ static const diag__row *start_of_null(const diag__problem *q, const diag__table 
         }
     }
     int lost = best->h.n > 0 && !(null->converged && null->chi2_dof < diag__five_noises) &&
-               best->chi2_dof < nearer * null->chi2_dof;
+               best->chi2_dof < diag__some_of * null->chi2_dof;
     return from == NULL && lost ? best : from;
 }
 

@@ -4,8 +4,8 @@
  *
  * Far from the records a linear model ranks causes poorly. The effect of a large cause is not that
  * of a small one, and a missing cause distorts the numbers of the null hypothesis. Then each cause
- * that has no row yet is fitted, the best expected ones first: at most MOST, with as much work as
- * the search has taken so far.
+ * that has no row yet is fitted, the best expected ones first, with as much work as the search has
+ * taken so far.
  *
  * A long swing with friction and a wrong length has another phase than every start. Then no row is
  * near, and rows that ended far off give no evidence about their hypotheses. A cause is then ranked
@@ -17,15 +17,12 @@
 
 #include "proposals.h"
 
-static const double unexplained = 0.2; /* share of what chi2/dof is above 1: so little is left */
-static const double astray = 0.05;     /* residual in the motion: no fit has found the records */
-
 const diag__proposer diag__step_single = {.letter = 'E', .name = "single causes one by one"};
 
 /* has a fit ended far from the records? */
 static int is_far_off(const diag__row *row)
 {
-    return row == NULL || (row->chi2_dof > diag__seven_noises && row->relative > astray);
+    return row == NULL || (row->chi2_dof > diag__seven_noises && row->relative > diag__followed);
 }
 
 /* the proposal of column a, its amount within its limit and of a possible sign */
@@ -48,7 +45,8 @@ static stein_status rank_by_reach(diag__problem *q, const diag__linear *l, diag_
                                   int n, stein_err *err)
 {
     stein_status status = STEIN_OK;
-    for (int i = 0; i < n && status == STEIN_OK && !diag__is_spent(q); i++) {
+    long most = 2 * q->strokes;
+    for (int i = 0; i < n && status == STEIN_OK && !diag__is_spent(q) && q->strokes < most; i++) {
         diag__proposal p;
         double until = 0.0;
         single(q, l, list[i].a, &p);
@@ -76,11 +74,11 @@ static stein_status try_columns(diag__problem *q, diag__table *t, const diag__li
     diag__rank(list, n);
     stein_status status = STEIN_OK;
     if (anew) {
-        n = n < DIAG_SINGLE_FITS ? n : DIAG_SINGLE_FITS;
+        n = n < DIAG_POOL ? n : DIAG_POOL;
         status = rank_by_reach(q, l, list, n, err);
         most += 2 * q->strokes;
     }
-    for (int i = 0; i < n && i < (anew ? DIAG_SOME_FITS : DIAG_SINGLE_FITS) && !found &&
+    for (int i = 0; i < n && i < (anew ? DIAG_FEW_FITS : DIAG_POOL) && !found &&
                     status == STEIN_OK && q->strokes < most;
          i++) {
         diag__row *one = NULL;
@@ -103,7 +101,7 @@ stein_status diag__try_each(diag__problem *q, diag__table *t, stein_err *err)
     stein_err why = {STEIN_OK, ""};
     int found = null == NULL || diag__leaves_noise(q, best) ||
                 (best->h.n > 0 && !is_far_off(best) &&
-                 best->chi2_dof - 1.0 < unexplained * (null->chi2_dof - 1.0));
+                 best->chi2_dof - 1.0 < diag__some_of * (null->chi2_dof - 1.0));
     if (found || diag__is_spent(q)) {
         return STEIN_OK;
     }

@@ -10,11 +10,6 @@
 #include "functions.h"
 #include "search.h"
 
-/* amount that is possible [limits]: what a mechanism lacks; an instrument may be scaled for another
- * purpose, and the prior counts, too; of a time base gravity and lengths may say so */
-static const double of_instrument = 6.0;
-/* times that, where nothing but noise is left: a plausible size is a guess, and its prior counts */
-
 /* ---- hypotheses ---- */
 
 int diag__has(const diag__hypothesis *h, int k)
@@ -83,7 +78,7 @@ double diag__amount(const diag__row *row, int i, double *sd)
 int diag__thinkable(const lab_candidate *c, double amount)
 {
     double most = c->effect->site == LAB_AT_CLOCK     ? diag__largest_read
-                  : c->effect->site == LAB_AT_CHANNEL ? of_instrument
+                  : c->effect->site == LAB_AT_CHANNEL ? diag__largest_read
                                                       : diag__largest;
     return fabs(amount) <= most && (lab_candidate_is_signed(c) || amount > 0.0);
 }

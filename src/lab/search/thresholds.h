@@ -15,8 +15,6 @@
 static const double diag__least_gain = 25.0; /* to name a cause */
 static const double diag__convincing = 9.2;  /* odds of 1 to 100 */
 static const double diag__same_fit = 2.0;    /* no difference */
-static const double diag__worth = 12.0;   /* error of a linear prediction; promised: worth a fit */
-static const double diag__unended = 50.0; /* that a fit of the search may end above its minimum */
 
 /* ---- probability ---- */
 
@@ -33,22 +31,21 @@ static const double diag__certain = 5.0;       /* the same of what a verdict res
 
 /* ---- residual [chi2 per sample] ---- */
 
-static const double diag__slack = 0.05;          /* no law is exactly that of the file */
-static const double diag__near_noise = 1.5;      /* it may be noise */
-static const double diag__guessed = 2.25;        /* the same in an estimated noise: 1.5 noises */
-static const double diag__three_noises = 9.0;    /* events of simulation and record differ */
-static const double diag__five_noises = 25.0;    /* a free fit may be lost */
-static const double diag__seven_noises = 50.0;   /* the mechanism errs in more than one law */
-static const double diag__twenty_noises = 400.0; /* a free linear model says nothing */
+static const double diag__slack = 0.05;        /* no law is exactly that of the file */
+static const double diag__near_noise = 1.5;    /* it may be noise */
+static const double diag__guessed = 2.25;      /* the same in an estimated noise: 1.5 noises */
+static const double diag__five_noises = 25.0;  /* a free fit may be lost */
+static const double diag__seven_noises = 50.0; /* the mechanism errs in more than one law */
 
 /* ---- residual, in the motion ---- */
 
-static const double diag__no_model = 0.2;
+static const double diag__followed = 0.05; /* less: the simulation follows the records */
+static const double diag__no_model = 0.2;  /* more: it does not */
 
 /* ---- share of a misfit ---- */
 
 static const double diag__most_of = 0.5; /* it explains most */
-static const double diag__nearly_all = 0.9;
+static const double diag__some_of = 0.25;
 static const double diag__part_of = 0.1; /* less is what a linear model misses */
 
 /* ---- ratio of errors in reporting records ---- */
@@ -58,12 +55,11 @@ static const double diag__no_gain = 0.98;
 /* ---- correlation of two columns ---- */
 
 static const double diag__the_same = 0.99; /* one proposal stands for both */
-static const double diag__alike = 0.95;    /* both at once cannot be told */
+static const double diag__alike = 0.95;    /* no pair; two such pairs are the same */
 
 /* ---- end of a fit [objective] ---- */
 
 static const double diag__fit_ends = 0.3;
-static const double diag__refined = 0.1; /* where numbers are reported */
 
 /* ---- gain of the observer, of a sample ---- */
 
@@ -79,24 +75,51 @@ static const double diag__visible = 0.01;      /* change at the limit that shows
 
 /* ---- growth of a small change ---- */
 
-static const double diag__chaotic = 1000.0; /* within a record: its motion is chaotic */
-static const double diag__grown = 10.0;     /* within a window */
+static const double diag__grown = 10.0; /* within a window of chaotic motion */
 
 /* ---- counts ---- */
 
 enum {
     DIAG_WHITE = 5,         /* samples over which white residuals are correlated, at most */
+    DIAG_COUNTED = 10,      /* independent samples that a record counts as, at least */
     DIAG_EACH_SIDE = 2,     /* records before and after a change */
     DIAG_HOLD_EVERY = 3,    /* one of so many records reports */
-    DIAG_SEVERAL = 5,       /* records for each number that they have to tell */
-    DIAG_FEW_RECORDS = 6,   /* of a linear model that is far from the records */
+    DIAG_FEW_RECORDS = 5,   /* that tell one number; of a linear model far from them */
     DIAG_MANY_RECORDS = 16, /* the same near them */
     DIAG_TRIES = 3,         /* fits of one hypothesis; expansions without a better one */
     DIAG_FEW_FITS = 4,      /* of proposals far from the records; one after the other in vain */
-    DIAG_SOME_FITS = 6,     /* parts set aside, starts of a lost record, causes anew */
     DIAG_MANY_FITS = 10,    /* of proposals near the records; expansions of a search */
-    DIAG_SINGLE_FITS = 24,  /* single causes one by one */
-    DIAG_POOL = 60          /* columns that are paired */
+    DIAG_POOL = 60          /* columns that are paired; single causes one by one */
 };
+
+/* ---- what follows from them ---- */
+
+/* half of what a cause has to gain: a linear prediction may be wrong by that, and promises less */
+static inline double diag__worth(void)
+{
+    return 0.5 * diag__least_gain;
+}
+
+/* so far above its minimum may a fit of the search end */
+static inline double diag__unended(void)
+{
+    return 2.0 * diag__least_gain;
+}
+
+/* Growth within a record from which on it is cut: into as many windows as one of reports. */
+static inline double diag__chaotic(void)
+{
+    double growth = 1.0;
+    for (int i = 0; i < DIAG_HOLD_EVERY; i++) {
+        growth *= diag__grown;
+    }
+    return growth;
+}
+
+/* share of a misfit that leaves no more than a linear model misses */
+static inline double diag__nearly_all(void)
+{
+    return 1.0 - diag__part_of;
+}
 
 #endif

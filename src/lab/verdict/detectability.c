@@ -26,7 +26,6 @@
 #include "verdict.h"
 
 enum { OWN = DIAG_CAUSES };
-static const double points_to = 2.0;
 
 const char *lab_presence_text(lab_presence presence)
 {
@@ -92,7 +91,7 @@ lab_power diag__power(const diag__problem *q, const diag__linear *l, int k)
     }
     double detectable = diag__detectable(info), a = score / info,
            toward = lab_candidate_is_signed(c) ? fabs(a) : a;
-    int hides = detectable > 1.0, points = toward >= points_to * sd,
+    int hides = detectable > 1.0, points = toward >= diag__interval * sd,
         noise = diag__leaves_noise(q, l->row),
         beside = noise && l->own > 0 && toward >= diag__beyond_chance * sd;
     return (lab_power){.presence = points || hides || !noise ? LAB_WEAK : LAB_ABSENT,

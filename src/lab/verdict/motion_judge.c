@@ -28,11 +28,6 @@
 enum { PER_STROKE = 24, FEWEST_FRAMES = 4, MOST_FRAMES = 100, BORROWED = 4 };
 enum { OF_FORCE = 1, OF_CHANNELS = 2 };
 static const double bias_known = 0.1; /* sd of a bias, as a share of it */
-static const double surely = 2.33;    /* sd: 1 % to one side */
-static const double too_much = 4.0;   /* excess over noise, as a normal deviate */
-static const double good_part = 0.15; /* of an excess of squares */
-static const double in_sight = 0.5; /* sd of a share: above it the check does not see the effect */
-static const double fine_enough = 0.1; /* of the force that is there */
 
 int diag__motion_run_of(int draw, int kind)
 {
@@ -350,12 +345,13 @@ static void share_of(const work *w, int group, lab_motion_part *to)
 static lab_motion_says compare(const lab_motion_part *p)
 {
     double left = p->after * p->after - 1.0, was = p->before * p->before - 1.0;
-    int stays = p->z_after > too_much && left > good_part * was && p->share_sd < in_sight;
+    int stays =
+        p->z_after > diag__certain && left > diag__part_of * was && p->share_sd < diag__most_of;
     if (!isfinite(p->share) || !isfinite(p->share_sd)) {
         return LAB_MOTION_CANNOT_TELL;
     }
     double odds = 2.0 * (p->share - 0.5) / (p->share_sd * p->share_sd);
-    int multiple = p->share > 1.5 + surely * p->share_sd;
+    int multiple = p->share > 1.5 + diag__beyond_chance * p->share_sd;
     return stays || multiple || odds < -diag__convincing           ? LAB_MOTION_CONTRADICTS
            : odds > diag__convincing && fabs(p->share - 1.0) < 0.5 ? LAB_MOTION_SUPPORTS
                                                                    : LAB_MOTION_CANNOT_TELL;
@@ -381,7 +377,7 @@ static void judge_part(const work *w, int group, lab_motion_part *to)
         share_of(w, group, to);
         to->says = compare(to);
     } else if (isfinite(to->before)) {
-        to->says = to->z_before > too_much ? LAB_MOTION_CONTRADICTS : LAB_MOTION_SUPPORTS;
+        to->says = to->z_before > diag__certain ? LAB_MOTION_CONTRADICTS : LAB_MOTION_SUPPORTS;
     }
 }
 
@@ -536,7 +532,7 @@ static int is_blind(const lab_motion *out)
     for (int i = 0; i < out->nrow; i++) {
         const lab_motion_row *row = &out->row[i];
         if (row->channel == NULL && row->phase != NULL &&
-            row->mean_sd < fine_enough * row->present) {
+            row->mean_sd < diag__part_of * row->present) {
             return 0;
         }
     }

@@ -17,7 +17,6 @@
 #include "verdict.h"
 
 static const double secant = 1e-3;        /* amount of a column [limits] */
-static const double as_well = 1.2;        /* of what the fitted records leave: no more is left */
 static const double least_scatter = 1e-6; /* variance */
 
 typedef struct tried {
@@ -217,7 +216,7 @@ stein_status diag__find_odd_setting(const diag__problem *q, const diag__row *row
 
 int diag__is_odd(const diag__odd_setting *o, const diag__row *row, int fitted, int tested)
 {
-    return o->setting >= 0 && fitted > 2 && o->left < as_well * fmax(1.0, row->chi2_dof) &&
+    return o->setting >= 0 && fitted > 2 && o->left < diag__near_noise * fmax(1.0, row->chi2_dof) &&
            2.0 * tested * gsl_cdf_tdist_Q(fabs(o->z), fitted - 2) < diag__beyond_doubt;
 }
 

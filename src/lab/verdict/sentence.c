@@ -8,7 +8,6 @@
 #include "verdict.h"
 
 enum { TOLD = 3 };
-static const double noise_left = 1.05; /* remainder [noises] that is not mentioned */
 
 static void append(lab_diagnosis *o, const char *text)
 {
@@ -210,7 +209,7 @@ static void say_gain(lab_diagnosis *o)
 static void say_remainder(lab_diagnosis *o, const diag__judgement *j, const diag__setting *s)
 {
     char text[160];
-    if (o->chi2_dof_after > s->most_noise && o->remainder > noise_left) {
+    if (o->chi2_dof_after > s->most_noise && o->remainder > 1.0 + diag__slack) {
         snprintf(text, sizeof text,
                  " %s %.0f %% of the misfit; what is left in the fitted records is %.2g standard "
                  "deviations of the noise, unexplained.",
@@ -236,7 +235,7 @@ static void say_settings(lab_diagnosis *o)
 static void say_input_noise(lab_diagnosis *o, const diag__setting *s)
 {
     char text[120];
-    if (s->input > noise_left) {
+    if (s->input > 1.0 + diag__slack) {
         snprintf(text, sizeof text,
                  " Noise of the measured forces alone moves the simulation by %.2g noises.",
                  s->input);
