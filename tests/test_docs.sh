@@ -60,14 +60,23 @@ for doc in README.md CONTRIBUTING.md docs/*.md; do
     done
 done
 
-# thresholds of the diagnosis: each name stands in the code with the value of the table
-sed -n '/^## Thresholds/,/^Not built/p' docs/diagnosis-details.md |
-    grep -oE '`[A-Za-z_]+` [0-9][0-9.e-]*' | tr -d '`' | sort -u >"$dir/thresholds"
+# thresholds of the diagnosis: the table has those of the header, in its order, with the same values
+# and a reason; each decides something
+thresholds=src/lab/search/thresholds.h
+sed -n 's/^static const double \(diag__[a-z_]*\)\(\[\]\)* = {*\([^;}]*\)}*;.*/\1 \3/p
+        s/^    \(DIAG_[A-Z_]*\) = \([0-9]*\).*/\1 \2/p' $thresholds | sed 's/\.0$//' >"$dir/header"
+sed -n '/^## Thresholds/,$p' docs/diagnosis-details.md |
+    sed -n 's/^| `\([A-Za-z_]*\)` \([0-9][0-9.e, -]*[0-9]\|[0-9]\)[^|]*| .* .* |$/\1 \2/p' >"$dir/table"
+diff "$dir/header" "$dir/table"
+ok "docs/diagnosis-details.md has the thresholds of $thresholds" $?
+test "$(wc -l <"$dir/header")" -gt 20 && test "$(wc -l <"$dir/header")" -le 40
+ok "there are at most 40 thresholds ($(wc -l <"$dir/header"))" $?
+test "$(grep -cE '^(static const|enum \{ | +DIAG_)' $thresholds)" = "$(($(wc -l <"$dir/header") + 1))"
+ok "$thresholds has no number that the table does not know" $? # but the number of gains
 while read -r name value; do
-    grep -rqE "[ _]$name(\[\])? = \{?$value[,;} ]|[ _]$name = $value(\.0)?[,;]?( |$)" src/lab/search src/lab/verdict src/lab/law \
-        src/lab/fit src/lab/diagnosis
-    ok "docs/diagnosis-details.md: $name is $value" $?
-done <"$dir/thresholds"
+    grep -rqw "$name" src/lab --include='*.c'
+    ok "$name ($value) decides something" $?
+done <"$dir/header"
 
 # the folders of docs/architecture.md are all folders of sources, and its table has them all
 for folder in $(find src gen -type d -exec sh -c 'ls "$1"/*.c >/dev/null 2>&1 && echo "$1"' _ {} \; | grep -v stein$); do
