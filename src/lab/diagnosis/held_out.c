@@ -197,22 +197,23 @@ int diag__drop_unshown(diagnosis *d)
  * difference is D noises, the true one is nearer by
  *
  *      chi2_without - chi2_with = D^2 +- 2 D,     -D^2 +- 2 D if the other one is true
+ *
+ * so the difference of chi2 is the evidence for a cause; it contradicts one that it makes
+ * improbable, not one beside which it happens to be a little below 0.
  */
 static int contradict(const diag__row *best, const diag__reported *without,
                       const diag__reported *with)
 {
     size_t n = fit__offset(&with->p, with->p.nstroke);
-    double nearer = 0.0, difference = 0.0,
-           noise = fmax(with->rmse * with->rmse, 1e-300) * fmax(best->memory, 1.0);
+    double nearer = 0.0, noise = fmax(with->rmse * with->rmse, 1e-300) * fmax(best->memory, 1.0);
     if (fit__offset(&without->p, without->p.nstroke) != n || !isfinite(without->rmse)) {
         return 0;
     }
     for (size_t i = 0; i < n; i++) {
         double a = without->r[i], b = with->r[i];
         nearer += (a - b) * (a + b) / noise;
-        difference += (a - b) * (a - b) / noise;
     }
-    return difference > diag__convincing && nearer < 0.0;
+    return nearer < -diag__convincing;
 }
 
 stein_status diag__is_shown(const diagnosis *d, int *yes, stein_err *err)

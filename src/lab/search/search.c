@@ -45,6 +45,7 @@ const double diag__least_gain = 25.0; /* of -2 ln L: a cause is named from there
 static const double worth = 12.0;     /* the same of what is predicted: worth a fit */
 static const double of_excess = 0.05; /* a cause more has to explain that share of it */
 static const double of_scope = 0.1;   /* the same of one that acts in some records only */
+static const double of_rivals = 0.1;  /* of what causes gain: linear predictions of rivals miss it */
 static const double of_part = 0.1;    /* the same of a part, to be kept for later */
 
 double diag__most_noise(const diag__problem *q, const fit__problem *p)
@@ -250,7 +251,8 @@ static diag__fate is_worth(const diag__problem *q, const diag__table *t, const d
         int here = l->row->chi2_dof < diag__noise_like;
         return had != NULL ? DIAG_NOT_NEW : here ? DIAG_TRIED : DIAG_ELSEWHERE;
     }
-    double most = best->objective + diag__convincing + rounding;
+    double gain = diag__best(q, t, 0)->objective - best->objective;
+    double most = best->objective + diag__convincing + fmax(rounding, of_rivals * gain);
     if (p->h.n < best->h.n) { // a cause less may lose no more than one has to gain
         most = best->objective + diag__least_gain + rounding;
     } else if (p->h.n > best->h.n && (!q->scale_free || diag__leaves_noise(q, best))) {
