@@ -4,6 +4,7 @@
  * No fit has read them. They withdraw what they contradict and tell where between two fitted
  * records a change lies; they choose nothing else.
  */
+#include <gsl/gsl_sort.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -12,6 +13,7 @@
 
 static const double no_gain = 0.98; /* ratio of errors */
 static const double far = 50.0;     /* chi2/dof from which a gain has to be beyond doubt */
+static const double different = 9.0; /* chi2 per sample of a record: three noises */
 
 /* the row with all causes of one but this; NULL: there is none */
 static const diag__row *row_without(const diag__table *t, const diag__row *row,
@@ -240,4 +242,26 @@ stein_status diag__is_shown(const diagnosis *d, int *yes, stein_err *err)
     }
     diag__reported_free(&without);
     return fit__forgive(status, err);
+}
+
+stein_status diag__differ(const diagnosis *d, int *yes, stein_err *err)
+{
+    const fit__problem *p = &d->before.p;
+    int stated = fit__noise_given(&d->q.null) && isfinite(d->before.rmse), records = p->nstroke;
+    double *chi2 = malloc(sizeof *chi2 * ((size_t)records + 1));
+    *yes = 0;
+    if (chi2 == NULL) {
+        return lab__no_memory(err);
+    }
+    for (int s = 0; s < records && stated; s++) {
+        const fit__stroke *t = &p->stroke[s];
+        const double *r = d->before.r + fit__offset(p, s);
+        chi2[s] = lab__dot(r, r, (size_t)t->nch * (size_t)t->n) / fmax(1.0, t->samples);
+    }
+    if (stated && records > 0) { // single ones may be lost by their fits
+        gsl_sort(chi2, 1, (size_t)records);
+        *yes = chi2[records / 2] > different;
+    }
+    free(chi2);
+    return STEIN_OK;
 }

@@ -395,8 +395,11 @@ stein_status diag__expand_all(diag__problem *q, diag__table *t, stein_err *err)
     status = status == STEIN_OK && again != NULL ? expand_until_best(q, t, err) : status;
     const diag__row *best = diag__incumbent(q, t);
     status = status == STEIN_OK ? diag__try_each(q, t, err) : status;
-    int better = diag__incumbent(q, t) != best;
-    return status == STEIN_OK && better ? expand_until_best(q, t, err) : status;
+    if (status != STEIN_OK || diag__incumbent(q, t) == best) {
+        return status;
+    }
+    status = diag__null_again(q, t, &again, err); // a single cause may have found lost records
+    return status == STEIN_OK ? expand_until_best(q, t, err) : status;
 }
 
 /* Where a fit leaves less than the noise of a measured force would cause, that noise acted on the
