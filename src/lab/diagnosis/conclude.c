@@ -394,6 +394,14 @@ stein_status diag__conclude(diagnosis *d, stein_err *err)
         char text[300];
         diag__say(o, &d->j, &d->setting, nearest(d, text, sizeof text), d->suspicion);
         status = diag__name_odd_setting(d, err);
+        int differ = 0;
+        if (status == STEIN_OK && o->verdict == LAB_VERDICT_EXPLAINED) {
+            status = diag__differ(d, &differ, err);
+        }
+        if (differ) {
+            d->j.finding = DIAG_NOT_HELD;
+            diag__say(o, &d->j, &d->setting, "", d->suspicion);
+        }
         if (diag__is_spent(&d->q)) {
             size_t n = strlen(o->reason);
             snprintf(o->reason + n, sizeof o->reason - n,

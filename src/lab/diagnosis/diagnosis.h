@@ -71,6 +71,9 @@ stein_status diag__name_odd_setting(diagnosis *d, stein_err *err);
  * none: they are predicted as well without it, or nearly so where more than noise is left.
  *  @return 1: that row stands for the verdict now */
 int diag__drop_unshown(diagnosis *d);
+/** Do most reporting records differ by three stated noises from a model that explains the fitted
+ *  ones? @param yes  out  @return OK, ENOMEM */
+stein_status diag__differ(const diagnosis *d, int *yes, stein_err *err);
 /** Do the reporting records allow what is named? By no row without a cause they may be predicted
  *  better, and where it leaves more than noise they must be predicted better by it. What leaves
  * noise may be too small to show beside the records' own unknowns. @param yes  out  @return OK,

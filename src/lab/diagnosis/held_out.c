@@ -4,6 +4,7 @@
  * No fit has read them. They withdraw what they contradict and tell where between two fitted
  * records a change lies; they choose nothing else.
  */
+#include <gsl/gsl_sort.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -194,22 +195,23 @@ int diag__drop_unshown(diagnosis *d)
  * difference is D noises, the true one is nearer by
  *
  *      chi2_without - chi2_with = D^2 +- 2 D,     -D^2 +- 2 D if the other one is true
+ *
+ * so the difference of chi2 is the evidence for a cause; it contradicts one that it makes
+ * improbable, not one beside which it happens to be a little below 0.
  */
 static int contradict(const diag__row *best, const diag__reported *without,
                       const diag__reported *with)
 {
     size_t n = fit__offset(&with->p, with->p.nstroke);
-    double nearer = 0.0, difference = 0.0,
-           noise = fmax(with->rmse * with->rmse, 1e-300) * fmax(best->memory, 1.0);
+    double nearer = 0.0, noise = fmax(with->rmse * with->rmse, 1e-300) * fmax(best->memory, 1.0);
     if (fit__offset(&without->p, without->p.nstroke) != n || !isfinite(without->rmse)) {
         return 0;
     }
     for (size_t i = 0; i < n; i++) {
         double a = without->r[i], b = with->r[i];
         nearer += (a - b) * (a + b) / noise;
-        difference += (a - b) * (a - b) / noise;
     }
-    return difference > diag__convincing && nearer < 0.0;
+    return nearer < -diag__convincing;
 }
 
 stein_status diag__is_shown(const diagnosis *d, int *yes, stein_err *err)
@@ -236,4 +238,26 @@ stein_status diag__is_shown(const diagnosis *d, int *yes, stein_err *err)
     }
     diag__reported_free(&without);
     return fit__forgive(status, err);
+}
+
+stein_status diag__differ(const diagnosis *d, int *yes, stein_err *err)
+{
+    const fit__problem *p = &d->before.p;
+    int stated = fit__noise_given(&d->q.null) && isfinite(d->before.rmse), records = p->nstroke;
+    double *chi2 = malloc(sizeof *chi2 * ((size_t)records + 1));
+    *yes = 0;
+    if (chi2 == NULL) {
+        return lab__no_memory(err);
+    }
+    for (int s = 0; s < records && stated; s++) {
+        const fit__stroke *t = &p->stroke[s];
+        const double *r = d->before.r + fit__offset(p, s);
+        chi2[s] = lab__dot(r, r, (size_t)t->nch * (size_t)t->n) / fmax(1.0, t->samples);
+    }
+    if (stated && records > 0) { // single ones may be lost by their fits
+        gsl_sort(chi2, 1, (size_t)records);
+        *yes = chi2[records / 2] > diag__three_noises();
+    }
+    free(chi2);
+    return STEIN_OK;
 }

@@ -38,7 +38,7 @@ static stein_status fit_from_null(diag__curves *w, diag__curve *c, int held, ste
     }
     int rounds = fit__noise_given(&w->p) ? ROUNDS : NOISE_ROUNDS;
     for (int i = 0; held && i < DIAG_RUNGS && end == STEIN_OK; i++) {
-        if (i > 0 && misfit(w, c->x, t.try_r) < diag__five_noises * w->p.samples) {
+        if (i > 0 && misfit(w, c->x, t.try_r) < diag__three_noises() * w->p.samples) {
             break;
         }
         end = diag__rounds(&t, diag__rung[i], rounds, 0, &why);

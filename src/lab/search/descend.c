@@ -109,7 +109,7 @@ static stein_status descend_held(fit__problem *p, fit__end *e, stein_err *err)
     }
     memcpy(x, e->x, size);
     diag__hold_scatter(p, 1);
-    for (int i = 0; i < DIAG_RUNGS && least > diag__five_noises; i++) {
+    for (int i = 0; i < DIAG_RUNGS && least > diag__three_noises(); i++) {
         stein_err why;
         p->gain = diag__rung[i];
         stein_status status = fit__descend(p, e, 0, diag__fit_ends, RENEWALS_HELD, &why);
@@ -156,7 +156,7 @@ static double lost_from(const fit__problem *p, double until)
     for (int s = 0; s < p->nstroke; s++) {
         for (int c = 0; c < p->stroke[s].nch; c++) {
             double motion = motion_of(&p->stroke[s], c, until, &n);
-            sum += fmax(diag__five_noises * n, diag__no_model * diag__no_model * motion);
+            sum += fmax(diag__five_noises() * n, diag__no_model * diag__no_model * motion);
         }
     }
     return fmax(1.0, sum);
@@ -208,7 +208,7 @@ static stein_status descend_to_end(fit__problem *p, fit__end *e, stein_err *err)
 /* does a fit end where its simulation does not follow the records? */
 static int is_lost(const fit__problem *p, double objective, const double *r)
 {
-    return !(objective < diag__five_noises * p->samples) &&
+    return !(objective < diag__five_noises() * p->samples) &&
            !(diag__relative(p, r) < diag__followed);
 }
 
@@ -261,7 +261,7 @@ stein_status diag__descend(fit__problem *p, fit__end *e, diag__start from, stein
     }
     for (int k = 0; k < LONGER && status == STEIN_OK; k++) {
         double before = e->objective;
-        if (e->ended || before > diag__five_noises * p->samples) {
+        if (e->ended || before > diag__five_noises() * p->samples) {
             break;
         }
         status = fit__descend(p, e, 1, diag__fit_ends, RENEWALS - RENEWALS_FAR, err);
@@ -451,7 +451,7 @@ static int outliers(const fit__problem *p, const double *r, double scale, double
     *near = middle * scale * scale < diag__near_noise;
     for (int s = 0; s < p->nstroke; s++) {
         double unit = *near ? scale * scale : 1.0;
-        double most = *near ? most_alone(&p->stroke[s]) : diag__five_noises;
+        double most = *near ? most_alone(&p->stroke[s]) : diag__three_noises();
         which[s] = chi2[s] * unit > most * fmax(1.0, middle * unit);
         n += which[s];
     }

@@ -53,7 +53,7 @@ diag__row *diag__incumbent(const diag__problem *q, const diag__table *t)
 
 double diag__observer_gain(const diag__row *row)
 {
-    return row->chi2_dof > diag__five_noises ? diag__rung[0] : 0.0;
+    return row->chi2_dof > diag__five_noises() ? diag__rung[0] : 0.0;
 }
 
 /* ---- which row ---- */
@@ -123,7 +123,7 @@ static double value_of(const diag__problem *q, const diag__linear *l, double exc
     int stated = l->gain > 0.0 && l->row->scale <= 1.0;
     double drop = stated ? excess : l->row->objective - p->expected;
     double each = fmax(diag__worth(), diag__part_of * drop);
-    int partly = has_scoped(q, &p->h) && l->row->chi2_dof > diag__five_noises;
+    int partly = has_scoped(q, &p->h) && l->row->chi2_dof > diag__five_noises();
     return p->expected + p->h.n * each + (partly ? diag__part_of * excess : 0.0);
 }
 
@@ -222,7 +222,8 @@ static diag__fate is_worth(const diag__problem *q, const diag__table *t, const d
         int here = l->row->chi2_dof < diag__near_noise;
         return had != NULL ? DIAG_NOT_NEW : here ? DIAG_TRIED : DIAG_ELSEWHERE;
     }
-    double most = best->objective + diag__convincing + diag__worth();
+    double gain = diag__best(q, t, 0)->objective - best->objective;
+    double most = best->objective + diag__convincing + fmax(diag__worth(), diag__part_of * gain);
     if (p->h.n < best->h.n) { // a cause less may lose no more than one has to gain
         most = best->objective + diag__least_gain + diag__worth();
     } else if (p->h.n > best->h.n && (!q->scale_free || diag__leaves_noise(q, best))) {
@@ -366,8 +367,11 @@ stein_status diag__expand_all(diag__problem *q, diag__table *t, stein_err *err)
     status = status == STEIN_OK && again != NULL ? expand_until_best(q, t, err) : status;
     const diag__row *best = diag__incumbent(q, t);
     status = status == STEIN_OK ? diag__try_each(q, t, err) : status;
-    int better = diag__incumbent(q, t) != best;
-    return status == STEIN_OK && better ? expand_until_best(q, t, err) : status;
+    if (status != STEIN_OK || diag__incumbent(q, t) == best) {
+        return status;
+    }
+    status = diag__null_again(q, t, &again, err); // a single cause may have found lost records
+    return status == STEIN_OK ? expand_until_best(q, t, err) : status;
 }
 
 /* Where a fit leaves less than the noise of a measured force would cause, that noise acted on the

@@ -112,7 +112,7 @@ stein_status diag__doubt_starts(diag__problem *q, diag__table *t, diag__row *exa
 }
 
 /* Settings that are off by what their digits allow, where there is something to explain: without a
- * cause, and with those of the best hypothesis beside wrong settings. */
+ * cause, and with the best causes of each number up to that of the best hypothesis. */
 stein_status diag__with_settings(diag__problem *q, diag__table *t, stein_err *err)
 {
     const diag__row *best = diag__incumbent(q, t), *null = diag__best(q, t, 0);
@@ -124,8 +124,11 @@ stein_status diag__with_settings(diag__problem *q, diag__table *t, stein_err *er
     // settings that are off in every record by another amount are not explained by few causes
     int told = best->h.n > 0 && DIAG_FEW_RECORDS * best->h.n <= best->p.nstroke &&
                diag__leaves_noise(q, best) && null != NULL && null->chi2_dof > diag__near_noise;
-    stein_status status = null != NULL && !told ? loosen(q, t, null, err) : STEIN_OK;
-    status = status == STEIN_OK && best->h.n > 0 ? loosen(q, t, best, err) : status;
+    stein_status status = STEIN_OK;
+    for (int n = told ? best->h.n : 0, most = best->h.n; n <= most && status == STEIN_OK; n++) {
+        const diag__row *row = n < most ? diag__best(q, t, n) : best;
+        status = row != NULL && !row->rough ? loosen(q, t, row, err) : STEIN_OK;
+    }
     return status == STEIN_OK && diag__incumbent(q, t)->rough ? diag__expand_all(q, t, err)
                                                               : status;
 }

@@ -142,7 +142,7 @@ static const diag__row *start_of_null(const diag__problem *q, const diag__table 
             from = row;
         }
     }
-    int lost = best->h.n > 0 && !(null->converged && null->chi2_dof < diag__five_noises) &&
+    int lost = best->h.n > 0 && !(null->converged && null->chi2_dof < diag__five_noises()) &&
                best->chi2_dof < diag__some_of * null->chi2_dof;
     return from == NULL && lost ? best : from;
 }
@@ -154,11 +154,16 @@ stein_status diag__null_again(diag__problem *q, diag__table *t, diag__row **agai
     const diag__row *null = diag__best(q, t, 0);
     const diag__row *from = null != NULL ? start_of_null(q, t, null) : NULL;
     *again = NULL;
-    if (from == NULL || diag__is_spent(q)) {
+    const diag__hypothesis none = {.n = 0};
+    int parent = from != NULL ? diag__index(t, from) : -1, had = 0;
+    for (int i = 0; i < t->n; i++) {
+        had |= t->row[i]->by == &diag__propose_drop && t->row[i]->parent == parent &&
+               t->row[i]->h.n == 0;
+    }
+    if (from == NULL || had || diag__is_spent(q)) {
         return STEIN_OK;
     }
-    const diag__proposal p =
-        diag__as_parent((diag__hypothesis){.n = 0}, diag__index(t, from), &diag__propose_drop);
+    const diag__proposal p = diag__as_parent(none, parent, &diag__propose_drop);
     stein_status status = diag__try(q, t, &p, again, err);
     if (*again != diag__best(q, t, 0)) {
         *again = NULL;

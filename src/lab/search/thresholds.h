@@ -34,7 +34,6 @@ static const double diag__certain = 5.0;       /* the same of what a verdict res
 static const double diag__slack = 0.05;        /* no law is exactly that of the file */
 static const double diag__near_noise = 1.5;    /* it may be noise */
 static const double diag__guessed = 2.25;      /* the same in an estimated noise: 1.5 noises */
-static const double diag__five_noises = 25.0;  /* a free fit may be lost */
 static const double diag__seven_noises = 50.0; /* the mechanism errs in more than one law */
 
 /* ---- residual, in the motion ---- */
@@ -104,6 +103,18 @@ static inline double diag__worth(void)
 static inline double diag__unended(void)
 {
     return 2.0 * diag__least_gain;
+}
+
+/* Residuals that are no noise, as chi2 per sample. Of three noises the simulation may have other
+ * events than the records; of five a free fit may be lost. */
+static inline double diag__three_noises(void)
+{
+    return diag__beyond_chance * diag__beyond_chance;
+}
+
+static inline double diag__five_noises(void)
+{
+    return diag__certain * diag__certain;
 }
 
 /* Growth within a record from which on it is cut: into as many windows as one of reports. */

@@ -348,6 +348,14 @@ void diag__say(lab_diagnosis *o, const diag__judgement *j, const diag__setting *
         append(o, "The residual is more than noise. What explains it best where it was fitted does "
                   "not show in the records that were held out, and is no cause.");
         break;
+    case DIAG_NOT_HELD:
+        o->verdict = LAB_VERDICT_UNKNOWN_EFFECT;
+        snprintf(text, sizeof text,
+                 "The fitted records leave noise, those held out %.*f standard deviations of it. "
+                 "They show something that the fitted ones do not: fit such records, too.",
+                 o->gain.rmse_after < 10.0, o->gain.rmse_after);
+        append(o, text);
+        break;
     case DIAG_MOST_LEFT:
         o->verdict = LAB_VERDICT_UNKNOWN_EFFECT;
         snprintf(text, sizeof text,

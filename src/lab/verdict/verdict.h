@@ -63,6 +63,7 @@ typedef enum {
     DIAG_MOST_LEFT,    /* the best hypothesis leaves most of the misfit */
     DIAG_UNDECIDED,    /* the best hypothesis's amount may be 0 */
     DIAG_NOT_SHOWN,    /* what explains it best does not show in reporting records */
+    DIAG_NOT_HELD,     /* the null hypothesis leaves noise of the fitted records alone */
     DIAG_FAR_OFF,      /* the best hypothesis is far from the records: no usable model */
     DIAG_NOT_CONVERGED /* its fit has not ended */
 } diag__finding;

@@ -281,6 +281,28 @@ START_TEST(an_effect_in_all_records_is_no_change)
 }
 END_TEST
 
+/* A spring that acts beyond 34 deg: small swings are fitted, and every third one is large. */
+START_TEST(a_model_that_explains_the_fitted_records_alone_is_not_called_right)
+{
+    static const char *const truth[] = {"rod.backlash.k=0.02 N m/rad", "rod.backlash.gap=0.6 rad",
+                                        NULL};
+    static const int order[] = {0, 1, 8, 2, 3, 7};
+    enum { FILMS = sizeof order / sizeof *order };
+    const char *data[FILMS + 1] = {NULL};
+    fitted f;
+    for (int i = 0; i < FILMS; i++) {
+        data[i] = film_swing(order[i], pendulum, truth, 2700);
+    }
+    lab_diagnosis *d = diagnosed(&f, data);
+    ck_assert_double_lt(d->chi2_dof_after, 1.1);
+    ck_assert_double_gt(d->gain.rmse_after, 5.0);
+    ck_assert_int_eq(d->verdict, LAB_VERDICT_UNKNOWN_EFFECT);
+    ck_assert_ptr_nonnull(strstr(d->reason, "those held out"));
+    lab_diagnosis_destroy(d);
+    drop(&f);
+}
+END_TEST
+
 /* no verdict on the mechanism, but the fitting sign is named and written; with it nothing is
  * left */
 START_TEST(a_channel_that_all_records_mirror_has_the_gain_that_fits_in_the_extended_file)
@@ -341,6 +363,7 @@ Suite *odd_records_suite(void)
     tcase_add_test(tc, settings_that_are_off_within_their_last_digit_are_no_physics);
     tcase_add_test(tc, beside_settings_that_are_off_a_cause_is_named_alone);
     tcase_add_test(tc, an_effect_in_all_records_is_no_change);
+    tcase_add_test(tc, a_model_that_explains_the_fitted_records_alone_is_not_called_right);
     tcase_add_test(tc,
                    a_channel_that_all_records_mirror_has_the_gain_that_fits_in_the_extended_file);
     tcase_add_test(tc, one_mirrored_record_is_no_gain_of_the_instrument);
