@@ -10,7 +10,7 @@
  *      upper      = max(a, 0) + 1.645 sd             95 % upper limit (|a| where both signs may be)
  *
  *   not_testable  no column, or 1.645 sd >= limit: even the largest plausible amount could be 0
- *   weak          z >= 2 in a possible direction, or detectable > limit: a plausible amount may
+ *   weak          z >= 1.96 in a possible direction, or detectable > limit: a plausible amount may
  *                 stay undetected
  *   absent        the rest: it would have been named at its limit, and nothing points to it
  *
