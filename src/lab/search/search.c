@@ -223,7 +223,7 @@ static diag__fate is_worth(const diag__problem *q, const diag__table *t, const d
         return had != NULL ? DIAG_NOT_NEW : here ? DIAG_TRIED : DIAG_ELSEWHERE;
     }
     double gain = diag__best(q, t, 0)->objective - best->objective;
-    double most = best->objective + diag__convincing + fmax(diag__worth(), diag__part_of * gain);
+    double most = best->objective + diag__convincing + fmax(diag__worth(), diag__some_of * gain);
     if (p->h.n < best->h.n) { // a cause less may lose no more than one has to gain
         most = best->objective + diag__least_gain + diag__worth();
     } else if (p->h.n > best->h.n && (!q->scale_free || diag__leaves_noise(q, best))) {

@@ -82,6 +82,15 @@ static int has_setting(const diag__problem *q, int initial)
     return yes;
 }
 
+static int has_part(const diag__problem *q, const diag__hypothesis *h)
+{
+    int yes = 0;
+    for (int i = 0; i < h->n; i++) {
+        yes |= diag__base(q, h->cause[i])->effect->needs != NULL;
+    }
+    return yes;
+}
+
 /* A start that is set by hand is less exact than an encoder's reading. If uncertain initial states
  * explain most of a gross misfit, but not all of it, they are uncertain in all rows; else the
  * search would look for causes of what the starts do. If they explain all of it, one cause may do
@@ -112,7 +121,8 @@ stein_status diag__doubt_starts(diag__problem *q, diag__table *t, diag__row *exa
 }
 
 /* Settings that are off by what their digits allow, where there is something to explain: without a
- * cause, and with the best causes of each number up to that of the best hypothesis. */
+ * cause and with those of the best hypothesis. If that leaves noise, a cause of it may stand for
+ * them: then also with fewer. */
 stein_status diag__with_settings(diag__problem *q, diag__table *t, stein_err *err)
 {
     const diag__row *best = diag__incumbent(q, t), *null = diag__best(q, t, 0);
@@ -121,13 +131,17 @@ stein_status diag__with_settings(diag__problem *q, diag__table *t, stein_err *er
     if (!exact || !unsure) {
         return STEIN_OK;
     }
-    // settings that are off in every record by another amount are not explained by few causes
+    // settings that are off in every record by another amount are not explained by few causes, but
+    // by a part that begins each record at another place
     int told = best->h.n > 0 && DIAG_FEW_RECORDS * best->h.n <= best->p.nstroke &&
-               diag__leaves_noise(q, best) && null != NULL && null->chi2_dof > diag__near_noise;
+               diag__leaves_noise(q, best) && !has_part(q, &best->h) && null != NULL &&
+               null->chi2_dof > diag__near_noise;
     stein_status status = STEIN_OK;
-    for (int n = told ? best->h.n : 0, most = best->h.n; n <= most && status == STEIN_OK; n++) {
+    int most = best->h.n, answers = diag__leaves_noise(q, best);
+    for (int n = told ? most : 0; n <= most && status == STEIN_OK; n++) {
         const diag__row *row = n < most ? diag__best(q, t, n) : best;
-        status = row != NULL && !row->rough ? loosen(q, t, row, err) : STEIN_OK;
+        int asked = n == 0 || n == most || answers;
+        status = row != NULL && asked ? loosen(q, t, row, err) : STEIN_OK;
     }
     return status == STEIN_OK && diag__incumbent(q, t)->rough ? diag__expand_all(q, t, err)
                                                               : status;
