@@ -43,9 +43,9 @@ static const double diag__no_model = 0.2;  /* more: it does not */
 
 /* ---- share of a misfit ---- */
 
-static const double diag__most_of = 0.5; /* it explains most */
-static const double diag__some_of = 0.25;
-static const double diag__part_of = 0.1; /* less is what a linear model misses */
+static const double diag__most_of = 0.5;  /* it explains most */
+static const double diag__some_of = 0.25; /* more is worth another fit */
+static const double diag__part_of = 0.1;  /* less is what a linear model misses */
 
 /* ---- ratio of errors in reporting records ---- */
 
@@ -83,7 +83,7 @@ enum {
     DIAG_COUNTED = 10,      /* independent samples that a record counts as, at least */
     DIAG_EACH_SIDE = 2,     /* records before and after a change */
     DIAG_HOLD_EVERY = 3,    /* one of so many records reports */
-    DIAG_FEW_RECORDS = 5,   /* that tell one number; of a linear model far from them */
+    DIAG_FEW_RECORDS = 5,   /* that determine a number; of a linear model far from them */
     DIAG_MANY_RECORDS = 16, /* the same near them */
     DIAG_TRIES = 3,         /* fits of one hypothesis; expansions without a better one */
     DIAG_FEW_FITS = 4,      /* of proposals far from the records; one after the other in vain */
@@ -117,7 +117,8 @@ static inline double diag__five_noises(void)
     return diag__certain * diag__certain;
 }
 
-/* Growth within a record from which on it is cut: into as many windows as one of reports. */
+/* Growth within a record from which on its motion is chaotic. The record then has a window that
+ * reports beside those that are fitted. */
 static inline double diag__chaotic(void)
 {
     double growth = 1.0;
@@ -127,7 +128,7 @@ static inline double diag__chaotic(void)
     return growth;
 }
 
-/* share of a misfit that leaves no more than a linear model misses */
+/* share of a misfit beside which no more is left than a linear model misses */
 static inline double diag__nearly_all(void)
 {
     return 1.0 - diag__part_of;
