@@ -204,7 +204,8 @@ static stein_status tell_lacking(diagnosis *d, stein_err *err)
     return tell(d, line, err);
 }
 
-/* signs, zeros, units and planes with which the records' beginnings would follow */
+/* Signs, zeros, units and planes with which the records' beginnings would follow. At another pace
+ * they are a film in slow motion, or another mechanism's: no effect is searched for. */
 static stein_status check_setup(diagnosis *d, stein_err *err)
 {
     fit__finding *list = NULL;
@@ -216,6 +217,13 @@ static stein_status check_setup(diagnosis *d, stein_err *err)
     }
     if (status == STEIN_OK && n > 0) {
         snprintf(d->suspicion, sizeof d->suspicion, "%s", list[0].text);
+        if (fabs(log(list[0].pace)) > log(diag__other_pace)) {
+            d->out->verdict = LAB_VERDICT_UNUSABLE_MODEL;
+            snprintf(d->out->slip, sizeof d->out->slip,
+                     "The records move at another pace than the mechanism");
+            snprintf(d->out->reason, sizeof d->out->reason,
+                     "The records are no motion of this mechanism: %s", list[0].text);
+        }
     }
     fit__setup_free(list, n);
     return fit__forgive(status, err);
@@ -236,7 +244,8 @@ static stein_status search(diagnosis *d, const char *file, const lab_model *mode
     status = status == STEIN_OK ? tell_lacking(d, err) : status;
     status = status == STEIN_OK ? check_setup(d, err) : status;
     diag__progress(d, 0.05, "search for causes");
-    status = status == STEIN_OK ? diag__search(&d->q, &d->t, err) : status;
+    int usable = d->out->verdict != LAB_VERDICT_UNUSABLE_MODEL;
+    status = status == STEIN_OK && usable ? diag__search(&d->q, &d->t, err) : status;
     if (d->q.trace != NULL && fclose(d->q.trace) != 0 && status == STEIN_OK) {
         status = lab__fail(err, STEIN_EIO, "%s: cannot be written", d->def->trace);
     }
@@ -268,7 +277,8 @@ stein_status lab_diagnose(lab_diagnosis **out, const char *file, const lab_model
         d.out->in_pieces = d.cut;
         status = split(&d, d.cut ? d.windows : data, err);
         status = status == STEIN_OK ? search(&d, file, model, err) : status;
-        status = status == STEIN_OK ? diag__conclude(&d, err) : status;
+        usable = d.out->verdict != LAB_VERDICT_UNUSABLE_MODEL;
+        status = status == STEIN_OK && usable ? diag__conclude(&d, err) : status;
     }
     d.out->seconds = diag__clock() - begin;
     d.out->fits = d.t.n;

@@ -469,6 +469,7 @@ typedef struct fit__finding {
     fit__doubt doubt;
     int channel, other;   /* of the model; -1: none */
     double before, after; /* chi2 per sample with and without it */
+    double pace;          /* of FIT__PACE: times as fast as the model; else 1 */
     char *text;           /* one sentence */
 } fit__finding;
 /** Do the records begin as the model moves? Up to four strokes are simulated for about half a swing

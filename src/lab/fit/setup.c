@@ -347,6 +347,7 @@ static stein_status add(trial *a, fit__finding *list, int *n, const way *usual, 
                               .other = w->other >= 0 ? s->channel[w->other] : -1,
                               .before = usual->chi2,
                               .after = w->chi2,
+                              .pace = w->doubt == FIT__PACE ? w->factor : 1.0,
                               .text = sentence(a, w, usual->score / w->score)};
     return list[(*n)++].text != NULL ? STEIN_OK : lab__no_memory(err);
 }

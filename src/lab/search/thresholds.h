@@ -76,6 +76,10 @@ static const double diag__visible = 0.01;      /* change at the limit that shows
 
 static const double diag__grown = 10.0; /* within a window of chaotic motion */
 
+/* ---- ratio of time scales ---- */
+
+static const double diag__other_pace = 4.0; /* records of another mechanism */
+
 /* ---- counts ---- */
 
 enum {

@@ -303,6 +303,29 @@ START_TEST(a_model_that_explains_the_fitted_records_alone_is_not_called_right)
 }
 END_TEST
 
+/* another pendulum, whose records state no start: no effect of the table is searched for */
+START_TEST(records_at_a_fifth_of_the_pace_are_no_motion_of_the_mechanism)
+{
+    static const char *const truth[] = {"rod.pendulum.frequency=0.2 Hz",
+                                        "rod.initial.position=40 deg", NULL};
+    static const film slow = {.model = pendulum,
+                              .truth = truth,
+                              .channels = "angle",
+                              .rate = 100.0,
+                              .until = 8.0,
+                              .noise = 1e-3,
+                              .seed = 2800};
+    const char *const data[] = {take("slow.csv", &slow), NULL};
+    fitted f;
+    lab_diagnosis *d = diagnosed(&f, data);
+    ck_assert_int_eq(d->verdict, LAB_VERDICT_UNUSABLE_MODEL);
+    ck_assert_ptr_nonnull(strstr(d->reason, "times as slowly"));
+    ck_assert_int_eq(d->fits, 0);
+    lab_diagnosis_destroy(d);
+    drop(&f);
+}
+END_TEST
+
 /* no verdict on the mechanism, but the fitting sign is named and written; with it nothing is
  * left */
 START_TEST(a_channel_that_all_records_mirror_has_the_gain_that_fits_in_the_extended_file)
@@ -364,6 +387,7 @@ Suite *odd_records_suite(void)
     tcase_add_test(tc, beside_settings_that_are_off_a_cause_is_named_alone);
     tcase_add_test(tc, an_effect_in_all_records_is_no_change);
     tcase_add_test(tc, a_model_that_explains_the_fitted_records_alone_is_not_called_right);
+    tcase_add_test(tc, records_at_a_fifth_of_the_pace_are_no_motion_of_the_mechanism);
     tcase_add_test(tc,
                    a_channel_that_all_records_mirror_has_the_gain_that_fits_in_the_extended_file);
     tcase_add_test(tc, one_mirrored_record_is_no_gain_of_the_instrument);
