@@ -73,12 +73,13 @@ static void weigh_all(chooser *c, int k)
     }
 }
 
-/* the best of the list, behind those that are there. @return how many there are then */
+/* The best of the list, behind those that are there: pairs for the few proposals that are fitted.
+ * @return how many there are then */
 static int take_best(chooser *c, int *cause, int n)
 {
     int kept = 0;
     qsort(c->list, (size_t)c->nlist, sizeof *c->list, by_gain);
-    for (int i = 0; i < c->nlist && kept < DIAG_MANY_FITS && n < DIAG_SCOPED; i++) {
+    for (int i = 0; i < c->nlist && kept < 2 * DIAG_FEW_FITS && n < DIAG_SCOPED; i++) {
         int same = 0, there = 0;
         for (int k = 0; k < i; k++) {
             same += c->list[k].base == c->list[i].base;
