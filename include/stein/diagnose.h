@@ -36,7 +36,6 @@ typedef enum {
 typedef enum {
     LAB_MOVE_ADD,      /* v + a */
     LAB_MOVE_LOWER,    /* v - a */
-    LAB_MOVE_RELATIVE, /* v (1 + a) */
     LAB_MOVE_SCALE,    /* v exp(a), of all parameters alike */
     LAB_MOVE_SPRING,   /* k + a, and theta0 such that k theta0 stays: a torque -a q */
     LAB_MOVE_VALUE     /* a itself: the number of a part that the mechanism lacks */
