@@ -221,7 +221,8 @@ static stein_status check_setup(diagnosis *d, stein_err *err)
         snprintf(d->suspicion, sizeof d->suspicion, "%s", list[0].text);
         if (fabs(log(list[0].pace)) > log(other_pace)) {
             d->out->verdict = LAB_VERDICT_UNUSABLE_MODEL;
-            snprintf(d->out->slip, sizeof d->out->slip, "The records move at another pace than the mechanism");
+            snprintf(d->out->slip, sizeof d->out->slip,
+                     "The records move at another pace than the mechanism");
             snprintf(d->out->reason, sizeof d->out->reason,
                      "The records are no motion of this mechanism: %s", list[0].text);
         }

@@ -11,8 +11,8 @@
 
 #include "diagnosis.h"
 
-static const double no_gain = 0.98; /* ratio of errors */
-static const double far = 50.0;     /* chi2/dof from which a gain has to be beyond doubt */
+static const double no_gain = 0.98;  /* ratio of errors */
+static const double far = 50.0;      /* chi2/dof from which a gain has to be beyond doubt */
 static const double different = 9.0; /* chi2 per sample of a record: three noises */
 
 /* the row with all causes of one but this; NULL: there is none */

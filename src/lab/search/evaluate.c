@@ -181,8 +181,7 @@ static stein_status begin_without(diag__row *row, const diag__row *parent, doubl
     if (without_causes(row, parent, x)) {
         status = fit__residuals(p, x, x + nu, &failed, err);
         double there = fit__chi2(p, x + nu) + fit__priors(p, x);
-        if (status == STEIN_OK && failed == 0 &&
-            there < fit__chi2(p, r) + fit__priors(p, row->x)) {
+        if (status == STEIN_OK && failed == 0 && there < fit__chi2(p, r) + fit__priors(p, row->x)) {
             memcpy(row->x, x, sizeof *x * nu);
             memcpy(r, x + nu, sizeof *x * rows);
         }

@@ -45,8 +45,8 @@ const double diag__least_gain = 25.0; /* of -2 ln L: a cause is named from there
 static const double worth = 12.0;     /* the same of what is predicted: worth a fit */
 static const double of_excess = 0.05; /* a cause more has to explain that share of it */
 static const double of_scope = 0.1;   /* the same of one that acts in some records only */
-static const double of_rivals = 0.2;  /* of what causes gain: linear predictions of rivals miss it */
-static const double of_part = 0.1;    /* the same of a part, to be kept for later */
+static const double of_rivals = 0.2; /* of what causes gain: linear predictions of rivals miss it */
+static const double of_part = 0.1;   /* the same of a part, to be kept for later */
 
 double diag__most_noise(const diag__problem *q, const fit__problem *p)
 {
