@@ -9,17 +9,27 @@
 #include "sanitized.h"
 #include "stein/diagnose.h"
 
+static int has_measured;
+
+/* once for all tests of a suite: a folder, and in it the converted files if they are here */
+static inline void make_measured(void)
+{
+    make_folder();
+    has_measured = access("../shared/data", R_OK) == 0;
+    if (has_measured) {
+        char *command = lab__text("sh tests/convert_data.sh ../shared/data %s", folder);
+        int code = system(command);
+        free(command);
+        ck_assert_int_eq(code, 0);
+    }
+}
+
 static inline int converted(void)
 {
-    if (access("../shared/data", R_OK) != 0) {
+    if (!has_measured) {
         printf("skipped: no measurements in ../shared/data\n");
-        return 0;
     }
-    char *command = lab__text("sh tests/convert_data.sh ../shared/data %s", folder);
-    int code = system(command);
-    free(command);
-    ck_assert_int_eq(code, 0);
-    return 1;
+    return has_measured;
 }
 
 /* a diagnosis takes minutes under the sanitizers; the fits below it are tested there */

@@ -5,7 +5,7 @@
 # Everything is compared byte by byte with one undisturbed sweep on one thread.
 set -u
 . tests/claims.sh
-kills=${KILLS:-200}
+kills=${KILLS:-40} # make soak: 1000
 model=models/stein1788.yaml
 
 # one_line: standard error of the last claim is a single line, standard output empty

@@ -34,12 +34,11 @@ typedef enum {
 
 /** How the amount a of an effect moves its parameters from their present values v. */
 typedef enum {
-    LAB_MOVE_ADD,      /* v + a */
-    LAB_MOVE_LOWER,    /* v - a */
-    LAB_MOVE_RELATIVE, /* v (1 + a) */
-    LAB_MOVE_SCALE,    /* v exp(a), of all parameters alike */
-    LAB_MOVE_SPRING,   /* k + a, and theta0 such that k theta0 stays: a torque -a q */
-    LAB_MOVE_VALUE     /* a itself: the number of a part that the mechanism lacks */
+    LAB_MOVE_ADD,    /* v + a */
+    LAB_MOVE_LOWER,  /* v - a */
+    LAB_MOVE_SCALE,  /* v exp(a), of all parameters alike */
+    LAB_MOVE_SPRING, /* k + a, and theta0 such that k theta0 stays: a torque -a q */
+    LAB_MOVE_VALUE   /* a itself: the number of a part that the mechanism lacks */
 } lab_move;
 
 /** One kind of effect. */

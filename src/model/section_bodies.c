@@ -429,7 +429,8 @@ static void read_body(mech__reader *rd, int index)
     place_points(rd, mech__get(entry, "points"), index);
 }
 
-/** The free load is a separate body that slides along z; its contact comes with the contacts. */
+/** The free load is a separate body that slides along z; its contact comes with the contacts.
+ *  Records state its mass, so that an error of what is stated is a number of its own. */
 static void add_load(mech__reader *rd, const mech__node *load)
 {
     mech_body *b = &rd->m->bodies[rd->m->nbody];
@@ -443,8 +444,17 @@ static void add_load(mech__reader *rd, const mech__node *load)
     b->column = load->key->column;
     rd->body_node[rd->m->nbody] = load;
     rd->m->load_body = rd->m->nbody++;
-    mech__number(rd, &b->mass, "kg", MECH__VANISHES | MECH__NOT_NEGATIVE,
-                 mech__need(rd, load, "mass", "the load"), 0.0, "load.mass");
+    mech_scalar *stated = mech__alloc(rd, 2 * sizeof *stated);
+    mech__slot *mass = mech__number(rd, &b->mass, "kg", MECH__VANISHES | MECH__NOT_NEGATIVE, NULL,
+                                    0.0, "load.true_mass");
+    if (stated != NULL && mass != NULL) {
+        mech__number(rd, &stated[0], "kg", MECH__VANISHES | MECH__NOT_NEGATIVE,
+                     mech__need(rd, load, "mass", "the load"), 0.0, "load.mass");
+        mech__number(rd, &stated[1], "1", 0, mech__get(load, "error"), 0.0, "load.error");
+        mass->node = load;
+        mass->label = "mass (1 + error)";
+        mass->text = "load.mass * (1 + load.error)";
+    }
     mech__number(rd, &b->q0, "m", 0, NULL, 0.0, "load.initial.position");
     mech__number(rd, &b->qd0, "m/s", 0, NULL, 0.0, "load.initial.speed");
 }

@@ -296,7 +296,7 @@ static void load_contact(mech__reader *rd, const mech__node *load)
     const mech__node *on = mech__need(rd, load, "on", "the load");
     int point;
 
-    mech__keys(rd, load, "the load", "mass on normal friction adhesion gap");
+    mech__keys(rd, load, "the load", "mass error on normal friction adhesion gap");
     mech__name_copy(c->name, sizeof c->name, "load");
     m->load_contact = m->ncontact++;
     c->nspot = 1;

@@ -176,11 +176,10 @@ void lab_candidate_apply(const lab_candidate *c, double amount, double *p)
             p[c->param[0]] = k + amount;
             break;
         }
-        p[c->param[i]] = c->move == LAB_MOVE_ADD        ? v + amount
-                         : c->move == LAB_MOVE_LOWER    ? v - amount
-                         : c->move == LAB_MOVE_VALUE    ? amount
-                         : c->move == LAB_MOVE_RELATIVE ? v * (1.0 + amount)
-                                                        : v * stein__exp_of(amount);
+        p[c->param[i]] = c->move == LAB_MOVE_ADD     ? v + amount
+                         : c->move == LAB_MOVE_LOWER ? v - amount
+                         : c->move == LAB_MOVE_VALUE ? amount
+                                                     : v * stein__exp_of(amount);
     }
     for (int k = 0; k < LAB_SIDES; k++) {
         if (c->side[k].param >= 0) {

@@ -397,10 +397,10 @@ static void add_inputs(build *b, const lab_effect *e)
 
 static void add_load(build *b, const lab_effect *e)
 {
-    int param = b->m->load.body >= 0 ? find(b, b->m->bodies[b->m->load.body].name, "mass") : -1;
+    int param = b->m->load.body >= 0 ? find(b, b->m->bodies[b->m->load.body].name, "error") : -1;
     lab_candidate *c = param >= 0 ? add(b, e, "load", param) : NULL;
     if (c != NULL) {
-        c->move = LAB_MOVE_RELATIVE, c->unit = "1", c->limit = 0.2;
+        c->limit = 0.2;
     }
 }
 

@@ -107,7 +107,7 @@ static const lab_effect effects[] = {
      "the link lets go of what it drives at a height of its first end, z_off - lower",
      "what is driven goes its own way near the end of the driver's travel", "one_sided_link", NULL,
      0, 0},
-    {"unknown_load", "input", "drive", LAB_AT_LOAD, "error", "mass", NULL, NULL,
+    {"unknown_load", "input", "drive", LAB_AT_LOAD, "error", "error", NULL, NULL,
      "mass of the load times 1 + error", "drive too strong or too weak, all phases under load",
      "mass", NULL, 1, 0},
     {"input_gain", "input", "drive", LAB_AT_INPUT, "error", "gain", NULL, NULL,

@@ -63,17 +63,13 @@ static double deviation(const lab_cause_number *n)
     return n != NULL && isfinite(n->sd) && n->sd > 0.0 ? n->sd : 0.0;
 }
 
-/* of a parameter that an amount moved from `before` to `after` */
-static double moved_deviation(const lab_candidate *c, const lab_suspect *s, double before,
-                              double after)
+/* of a parameter that an amount moved to `after` */
+static double moved_deviation(const lab_candidate *c, const lab_suspect *s, double after)
 {
     const lab_cause_number *n = find_number(s, c->effect->size);
     double sd = deviation(n);
     int of_amount = n != NULL && fabs(n->value - s->amount) <= fabs(n->value - after);
-    return !of_amount                     ? sd
-           : c->move == LAB_MOVE_RELATIVE ? sd * fabs(before)
-           : c->move == LAB_MOVE_SCALE    ? sd * fabs(after)
-                                          : sd;
+    return of_amount && c->move == LAB_MOVE_SCALE ? sd * fabs(after) : sd;
 }
 
 /* is it one record's own, and nothing of the mechanism? */
@@ -196,7 +192,7 @@ static stein_status take_cause(extension *x, int k, stein_err *err)
     for (int i = 0; i < c->nparam; i++) {
         double after = x->p[c->param[i]];
         int follows = c->move == LAB_MOVE_SPRING && i > 0; // by the stiffness, not by the data
-        double sd = moved_deviation(c, s, before[i], after);
+        double sd = moved_deviation(c, s, after);
         sd = x->d->chi2_dof_after > diag__guessed
                  ? fmax(sd, diag__some_of * fabs(after - before[i]))
                  : sd;

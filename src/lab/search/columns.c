@@ -194,8 +194,7 @@ static stein_status simulate(diag__work *w, const fit__problem *p, const double 
  * for knowledge. */
 static int number_of(const diag__work *w, const lab_candidate *c)
 {
-    int plain =
-        c->move == LAB_MOVE_ADD || c->move == LAB_MOVE_RELATIVE || c->move == LAB_MOVE_SCALE;
+    int plain = c->move == LAB_MOVE_ADD || c->move == LAB_MOVE_SCALE;
     for (int k = 0; plain && c->effect->needs == NULL && c->nparam == 1 && k < w->q->nname; k++) {
         if (w->p.unknown[k].index == c->param[0] && w->p.unknown[k].prior) {
             return k;

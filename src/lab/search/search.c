@@ -204,11 +204,12 @@ static diag__fate is_worth(const diag__problem *q, const diag__table *t, const d
               : diag__tries(t, &p->h, NULL, -1) >= DIAG_TRIES) {
         return DIAG_OFTEN;
     }
-    // look-alikes: where the best row is no answer yet, or the noise that would tell is unknown
+    // look-alikes: of a single cause, where the best row is no answer yet, or where the noise that
+    // would tell is unknown
     if (p->by->look_alike) {
         int other =
             had == NULL || (had->by->look_alike && has_start(p) && !diag__leaves_noise(q, had));
-        int here = l->row == best && (q->scale_free || !is_small(q, best));
+        int here = l->row == best && (best->h.n == 1 || q->scale_free || !is_small(q, best));
         return !other ? DIAG_NOT_NEW : here ? DIAG_TRIED : DIAG_ELSEWHERE;
     }
     if (had != NULL && !again && !(p->expected < had->objective - diag__worth()) &&

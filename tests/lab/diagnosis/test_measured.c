@@ -402,7 +402,7 @@ Suite *measured_suite(void)
 {
     Suite *suite = suite_create("measured");
     TCase *all = tcase_create("measured");
-    tcase_add_checked_fixture(all, make_folder, remove_folder);
+    tcase_add_unchecked_fixture(all, make_measured, remove_folder);
     tcase_set_timeout(all, 900);
     tcase_add_test(all, a_machine_axis_gets_its_friction_and_its_offset);
     tcase_add_test(all, its_causes_leave_the_residual_of_a_regression);

@@ -244,6 +244,43 @@ START_TEST(the_file_moves_as_in_the_diagnosis)
 }
 END_TEST
 
+/* records state their load, so the file has its error beside its mass */
+START_TEST(an_error_of_the_load_holds_for_every_load_that_is_stated)
+{
+    lab_model *model = open_file(file), *base = NULL;
+    int n = 0;
+    lab_candidate *list = list_of(model, &n), c = find(list, n, "unknown_load", "load");
+    lab_suspect s = suspect(&c, 0.1);
+    lab_diagnosis d = diagnosis(&s, 1);
+    make_folder();
+    ck_assert_stein(lab_candidate_open(&c, &base, file, NULL, err));
+    double *p = meant(&c, &s, base), own[1000];
+    ck_assert_stein(lab_extend(in_folder("extended.yaml"), file, &d, err));
+    lab_model *extended = open_file(in_folder("extended.yaml"));
+    const stein_model *m = lab_equations(extended);
+    int mass = stein_find_param(m, "load.mass"), error = stein_find_param(m, "load.error");
+    ck_assert_int_le(m->np, 1000);
+    memcpy(own, lab_parameters(extended), sizeof *own * (size_t)m->np);
+    ck_assert_double_eq(own[mass], 0.1);
+    ck_assert_double_eq(own[error], 0.1);
+    own[mass] = 0.07;
+    p[stein_find_param(lab_equations(base), "load.mass")] = 0.077; // the same without an error
+    p[stein_find_param(lab_equations(base), "load.error")] = 0.0;
+    run(&before, base, p);
+    run(&now, extended, own);
+    ck_assert_int_eq(before.n, now.n);
+    for (int i = 0; i < before.n; i++) {
+        ck_assert_double_eq_tol(before.y[i][0], now.y[i][0], 1e-12);
+    }
+    free(p);
+    lab_close(extended);
+    lab_close(base);
+    remove_folder();
+    free(list);
+    lab_close(model);
+}
+END_TEST
+
 START_TEST(several_causes_go_into_one_file)
 {
     static const char *const cause[][2] = {{"wire", "key"},
@@ -536,6 +573,7 @@ Suite *extend_suite(void)
     tcase_add_checked_fixture(tc, cache_in_build, NULL);
     tcase_add_loop_test(tc, every_cause_has_its_place_in_the_file, 0, 4);
     tcase_add_test(tc, the_file_moves_as_in_the_diagnosis);
+    tcase_add_test(tc, an_error_of_the_load_holds_for_every_load_that_is_stated);
     tcase_add_test(tc, several_causes_go_into_one_file);
     tcase_add_test(tc, the_head_states_additions_and_data);
     tcase_add_test(tc, every_command_takes_the_extended_file);

@@ -190,7 +190,7 @@ Suite *measured_laws_suite(void)
 {
     Suite *suite = suite_create("measured_laws");
     TCase *all = tcase_create("measured_laws");
-    tcase_add_checked_fixture(all, make_folder, remove_folder);
+    tcase_add_unchecked_fixture(all, make_measured, remove_folder);
     tcase_set_timeout(all, 900);
     tcase_add_test(all, the_law_of_the_air_is_recovered_without_a_table_where_it_matters);
     tcase_add_test(all, a_short_record_that_states_no_noise_shows_its_law);
