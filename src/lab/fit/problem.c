@@ -29,6 +29,7 @@ enum { FEW = 4 }; /* strokes; fewer cannot show that they scatter */
 static const double weak_length = 1e-3,
                     weak_angle = 1e-2; /* prior of a number that is 0 [m, rad] */
 static const double per_second = 1.0;  /* bias of a rate sensor: a marker's offset in a second */
+static const double zero_g = 0.2;      /* bias of an accelerometer [m/s^2]; data sheets: +-40 mg */
 static const double of_setting = 0.01; /* least sd of what was set by hand, in its size: chosen */
 static const double least_compliance = 3e-4; /* limits */
 static const double trace = 1e-6;     /* share of a positive number that an effect leaves of it */
@@ -297,6 +298,26 @@ static double start_tolerance(const fit__problem *p, int joint, const char *what
     return i >= 0 ? m->params[i].tolerance : 0.0;
 }
 
+/* Prior of a joint's position or speed where no channel of the record shows any: from acceleration
+ * alone the state of a joint cannot be integrated back. A slide may have come as far as gravity
+ * moves it within the record, a hinge half a turn, at a turn a second. @return 0: some show it */
+static double unseen(const fit__problem *p, const fit__stroke *s, int joint, int speed)
+{
+    static const double fall = 9.81, half_turn = 3.14, turn = 6.28;
+    const stein_model *m = lab_equations(p->model);
+    double length = s->data->time[s->n - 1] - s->data->time[0];
+    for (int c = 0; c < s->nch; c++) {
+        int read = (int)m->channels[s->channel[c]].read;
+        int rate = read == STEIN_READ_SPEED || (read >= STEIN_READ_VX && read <= STEIN_READ_VZ);
+        if (stein_reads_place(read) || (speed && rate)) {
+            return 0.0;
+        }
+    }
+    return m->bodies[joint].type == 'R' ? (speed ? turn : half_turn)
+           : speed                      ? fall * length
+                                        : 0.5 * fall * length * length;
+}
+
 /* A state that the stroke states is that of t = 0; if none is, the start is the first sample. Times
  * of events alone show no start: it is as the file says, within its tolerance. */
 static int own_initial(fit__problem *p, fit__stroke *s, int stroke)
@@ -316,6 +337,8 @@ static int own_initial(fit__problem *p, fit__stroke *s, int stroke)
         double tolerance = start_tolerance(p, j, "position");
         double fast = shown ? 0.0 : start_tolerance(p, j, "speed");
         double size = position >= 0 ? fabs(m->params[position].value) : 0.0;
+        tolerance = tolerance > 0.0 || !shown ? tolerance : unseen(p, s, j, 0);
+        fast = shown ? unseen(p, s, j, 1) : fast;
         if (shown || tolerance > 0.0) {
             own(p, s, stroke, FIT__POSITION, j,
                 tolerance > 0.0 ? tolerance : 0.01 * fmax(size, 0.1), tolerance > 0.0);
@@ -416,11 +439,13 @@ static void own_unknowns(fit__problem *p, int stroke)
     for (int c = 0; c < s->nch; c++) {
         const stein_channel *channel = &m->channels[s->channel[c]];
         int turns = strncmp(channel->unit, "rad", 3) == 0, rate = channel->read == STEIN_READ_SPEED;
+        int accelerometer = strcmp(channel->unit, "m/s^2") == 0;
         double sd = rate ? p->def->offset * per_second : p->def->offset;
-        sd /= turns ? marker_arm : 1.0;
+        sd = accelerometer && sd > 0.0 ? zero_g : sd / (turns ? marker_arm : 1.0);
         if (moves && channel->from_rest) {
             own(p, s, stroke, FIT__OFFSET, c, s->noise[c], 0);
-        } else if ((rate || stein_reads_place((int)channel->read)) && sd > 0.01 * s->noise[c]) {
+        } else if ((rate || accelerometer || stein_reads_place((int)channel->read)) &&
+                   sd > 0.01 * s->noise[c]) {
             own(p, s, stroke, FIT__OFFSET, c, sd, 1);
         }
     }

@@ -8,6 +8,7 @@
  *
  *      y_c -> -y_c                     the sense of a channel
  *      y_c -> y_c + pi, +- pi/2        where an angle counts from
+ *      y_c -> y_c - mean(y_c)          where a place counts from, if it swings about another one
  *      y_c -> y_c 57.3, /57.3, 1000    units
  *      y_a <-> y_b                     columns of the same unit exchanged
  *      y_c -> y_c - y_parent           an angle against the frame that was read as one of a joint
@@ -48,6 +49,7 @@ typedef struct way {
     fit__doubt doubt;
     int c, other;                        /* slots of channels in the strokes, -1: none */
     double factor, add;                  /* of samples; of a pace: of the time */
+    int about_mean;                      /* 1: the mean of the samples is taken off */
     const double *gravity;               /* direction, NULL: that of the file */
     double m[MOST_STROKES], chi2, score; /* score: geometric mean of m over the strokes */
 } way;
@@ -120,15 +122,27 @@ static void find_masses(trial *a, const double *p)
 
 /* ---- one stroke read in one way ---- */
 
+static double mean_of(const fit__stroke *s, int c)
+{
+    double sum = 0.0;
+    int n = 0;
+    for (int i = c * s->n; i < (c + 1) * s->n; i++) {
+        sum += isfinite(s->y[i]) ? s->y[i] : 0.0;
+        n += isfinite(s->y[i]) != 0;
+    }
+    return n > 0 ? sum / n : 0.0;
+}
+
 static void change(const way *w, fit__stroke *s)
 {
     double *y = w->c >= 0 ? s->y + w->c * s->n : NULL;
     double *z = w->other >= 0 ? s->y + w->other * s->n : NULL;
+    double add = w->about_mean ? -mean_of(s, w->c) : w->add;
     for (int i = 0; y != NULL && i < s->n; i++) {
         double was = y[i];
         y[i] = w->doubt == FIT__ABSOLUTE ? was + w->factor * z[i]
                : z != NULL               ? z[i]
-                                         : w->factor * was + w->add;
+                                         : w->factor * was + add;
         if (w->doubt == FIT__EXCHANGE) {
             z[i] = was;
         }
@@ -264,6 +278,9 @@ static int ways_of(const trial *a, int c, way *w)
         w[n] = (way){.doubt = FIT__ZERO, .c = c, .other = -1, .factor = 1.0, .add = k * pi / 2.0};
         n += k != 0;
     }
+    if (stein_reads_place((int)ch->read)) {
+        w[n++] = (way){.doubt = FIT__ZERO, .c = c, .other = -1, .factor = 1.0, .about_mean = 1};
+    }
     w[n++] = (way){.doubt = FIT__UNIT, .c = c, .other = -1, .factor = 1.0 / unit};
     w[n++] = (way){.doubt = FIT__UNIT, .c = c, .other = -1, .factor = unit};
     if (below >= 0) {
@@ -295,6 +312,11 @@ static char *sentence(const trial *a, const way *w, double times)
         return lab__text("%s has the wrong sign; with the other one it would fit %.0f times better",
                          c->name, times);
     case FIT__ZERO:
+        if (w->about_mean) {
+            return lab__text("%s swings about %.4g %s, not about the rest of the model; with its "
+                             "mean taken off it would fit %.0f times better",
+                             c->name, mean_of(&a->p->stroke[a->stroke[0]], w->c), c->unit, times);
+        }
         return lab__text("%s counts from elsewhere; with %.0f deg added it would fit %.0f times "
                          "better",
                          c->name, w->add * 180.0 / pi, times);
@@ -387,7 +409,7 @@ static int explains(const way *w, const way *usual)
 /* all ways when the usual one does not fit */
 static stein_status look(trial *a, fit__finding *list, int *n, stein_err *err)
 {
-    way usual = {.c = -1, .other = -1}, w[MOST_CHANNELS + 8];
+    way usual = {.c = -1, .other = -1}, w[MOST_CHANNELS + 9], best = {.score = INFINITY};
     stein_status status = STEIN_OK;
     int nch = a->p->stroke[a->stroke[0]].nch;
     (void)try_way(a, &usual, NULL);
@@ -397,7 +419,9 @@ static stein_status look(trial *a, fit__finding *list, int *n, stein_err *err)
     for (int c = 0; c < nch && status == STEIN_OK; c++) {
         int ways = ways_of(a, c, w);
         for (int k = 0; k < ways && status == STEIN_OK; k++) {
-            if (try_way(a, &w[k], &usual) && explains(&w[k], &usual)) {
+            int better = try_way(a, &w[k], &usual);
+            best = better && w[k].about_mean && w[k].score < best.score ? w[k] : best;
+            if (better && explains(&w[k], &usual)) {
                 status = add(a, list, n, &usual, &w[k], err);
             }
         }
@@ -409,9 +433,11 @@ static stein_status look(trial *a, fit__finding *list, int *n, stein_err *err)
         }
     }
     if (status == STEIN_OK && *n == 0 && usual.score > hopeless) {
-        int paced = find_pace(a, &usual, &w[0]);
+        way paced;
+        int fits = find_pace(a, &usual, &paced), moved = best.score * much_better < usual.score;
+        const way *said = moved && best.score < paced.score ? &best : fits ? &paced : &usual;
         usual.doubt = FIT__NOTHING;
-        status = add(a, list, n, &usual, paced ? &w[0] : &usual, err);
+        status = add(a, list, n, &usual, said, err);
     }
     qsort(list, (size_t)*n, sizeof *list, compare);
     while (*n > 1 && list[*n - 1].after > much_better * list[0].after) { // helps, but is not it
@@ -449,7 +475,7 @@ stein_status fit__setup(fit__problem *p, fit__finding **list, int *n, stein_err 
 {
     trial a = {.p = p};
     stein_sim_def def = lab_def(p->model);
-    size_t most = MOST_CHANNELS * (MOST_CHANNELS + 8) + 8, nq = (size_t)lab_equations(p->model)->nq;
+    size_t most = MOST_CHANNELS * (MOST_CHANNELS + 9) + 8, nq = (size_t)lab_equations(p->model)->nq;
     *n = 0;
     *list = NULL;
     choose_strokes(&a);

@@ -76,7 +76,15 @@ static int next_look(const diag__table *t, const diag__row *row)
     return !(seen & first) ? first : more && !(seen & then) ? then : 0;
 }
 
-/* The best row that is to be linearised; where one leaves noise, that one alone. A row with more
+/* Does a row leave so much that another one, with a cause more, might explain it? Noise that was
+ * estimated may be a half too small, but what is left may also be one more effect. */
+static int is_open(const diag__problem *q, const diag__row *row)
+{
+    return !diag__leaves_noise(q, row) || (q->scale_free && row->chi2_dof > diag__noise_like);
+}
+
+/* The best row that is to be linearised; where one leaves noise, that one alone, with its rivals if
+ * it leaves more than the noise that was estimated. A row with more
  * causes than the incumbent has gained too little by them; where noise is estimated, it is looked
  * at if they are convincing. */
 static diag__row *next_row(const diag__problem *q, const diag__table *t, int *look)
@@ -87,7 +95,8 @@ static diag__row *next_row(const diag__problem *q, const diag__table *t, int *lo
         int how = diag__is_possible(q, row) ? next_look(t, row) : 0;
         int gains = q->scale_free && row->objective < best->objective - diag__convincing;
         int more = row->h.n > best->h.n && !gains;
-        if (how == 0 || more || (diag__leaves_noise(q, best) && row != best)) {
+        int rivals = is_open(q, best) && row->objective < best->objective + diag__least_gain;
+        if (how == 0 || more || (diag__leaves_noise(q, best) && row != best && !rivals)) {
             continue;
         }
         if (next == NULL || row->objective < next->objective) {

@@ -229,6 +229,52 @@ START_TEST(one_long_record_shows_two_frictions)
 }
 END_TEST
 
+/* ---- acceleration alone ---- */
+
+/* A phone falls, and its accelerometer has a zero error that nobody states. Neither height nor
+ * speed is measured, so that a spring could stand for the drag from a start that was nowhere. */
+START_TEST(an_accelerometer_that_falls_shows_the_drag_of_the_air)
+{
+    static const char phone[] = "mechanism: phone\n"
+                                "bodies:\n  phone: {joint: T z, mass: 175 g}\n"
+                                "outputs:\n  az: {joint: phone, read: acceleration}\n"
+                                "simulation: {dt: 1 ms, until: 0.8 s}\n";
+    enum { FALLS = 6 };
+    static char model[300], path[FALLS][300];
+    const char *data[FALLS + 1] = {NULL};
+    snprintf(model, sizeof model, "%s", write_file("phone.yaml", phone));
+    for (int i = 0; i < FALLS; i++) {
+        char speed[60], name[40];
+        snprintf(speed, sizeof speed, "phone.initial.speed=-%g m/s", 0.1 * i);
+        const char *const truth[] = {"phone.drag=8.4e-3 N s^2/m^2", "az.sensor.offset=-0.12 m/s^2",
+                                     speed, NULL};
+        film f = {.model = model,
+                  .truth = truth,
+                  .channels = "az",
+                  .rate = 200.0,
+                  .until = 0.8,
+                  .noise = 0.02,
+                  .silent = 1,
+                  .seed = 71u + (unsigned)i};
+        snprintf(name, sizeof name, "fall%d.csv", i);
+        snprintf(path[i], sizeof path[i], "%s", take(name, &f));
+        data[i] = path[i];
+    }
+    fitted f;
+    lab_diagnosis *d = NULL;
+    lab_options options = cache_here(NULL);
+    lab_diagnose_def def = lab_diagnose_def_default();
+    def.options = &options;
+    open_fit(&f, model, NULL, data);
+    ck_assert_stein(lab_diagnose(&d, model, f.model, f.data, &def, err));
+    printf("posed: %s\n", d->reason);
+    ck_assert_int_eq(d->ncause, 1);
+    ck_assert_number(in_set(d, "quadratic_drag", "phone"), 8.4e-3, 0.1);
+    lab_diagnosis_destroy(d);
+    drop(&f);
+}
+END_TEST
+
 /* ---- a band in Hz ---- */
 
 START_TEST(a_band_keeps_half_of_an_oscillation_of_its_frequency)
@@ -472,6 +518,7 @@ Suite *posed_suite(void)
     tcase_add_test(t, a_record_states_the_band_of_its_motion);
     tcase_add_test(t, white_noise_of_a_motion_is_smoothed_as_it_allows);
     tcase_add_test(t, one_long_record_shows_two_frictions);
+    tcase_add_test(t, an_accelerometer_that_falls_shows_the_drag_of_the_air);
     tcase_add_test(t, a_band_keeps_half_of_an_oscillation_of_its_frequency);
     tcase_add_test(t, friction_is_found_beside_masses_that_are_guesses);
     tcase_add_test(t, a_camera_that_is_a_fifth_too_slow_is_found);

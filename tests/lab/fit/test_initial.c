@@ -465,6 +465,7 @@ static const slip slips[] = {
      {3.14159265358979, 0.0},
      "upper_angle counts from elsewhere; with 180 deg added",
      0.0},
+    {"arm\n", "arm\n", AS_IS, {2.3, 0.0}, "upper_angle swings about 2.", 0.0},
     {"arm\n",
      "arm\n",
      {{1.0, 0.0}, {0.0, 57.2957795}},
