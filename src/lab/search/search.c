@@ -80,7 +80,7 @@ static int next_look(const diag__table *t, const diag__row *row)
  * estimated may be a half too small, but what is left may also be one more effect. */
 static int is_open(const diag__problem *q, const diag__row *row)
 {
-    return !diag__leaves_noise(q, row) || (q->scale_free && row->chi2_dof > diag__noise_like);
+    return !diag__leaves_noise(q, row) || (q->scale_free && row->chi2_dof > diag__near_noise);
 }
 
 /* The best row that is to be linearised; where one leaves noise, that one alone, with its rivals if

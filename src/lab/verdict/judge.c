@@ -173,7 +173,7 @@ static int is_noise(const diag__evidence *e, const diag__setting *s)
 static void find_rivals(const diag__evidence *e, int n, diag__judgement *j, const diag__setting *s)
 {
     const diag__evidence *best = &e[j->best];
-    int sure = is_noise(best, s) && (s->stated || best->chi2_dof <= diag__noise_like);
+    int sure = is_noise(best, s) && (s->stated || best->chi2_dof <= diag__near_noise);
     double within_odds = sure ? diag__convincing : diag__least_gain;
     for (int i = 0; i < n && j->nrival < DIAG_RIVALS; i++) {
         int near = e[i].possible && e[i].n == best->n && best->n > 0 &&
