@@ -234,6 +234,8 @@ stein_status fit__problem_make_with(fit__problem *p, const lab_model *model,
 /** Put an effect on trial (NULL: none). Its amount counts in limits, the numbers beside it from
  *  where they begin in quarters of their range. */
 void fit__problem_try(fit__problem *p, const lab_candidate *effect);
+/** Only samples up to a horizon count [s of the simulation]; INFINITY: all of them. */
+void fit__limit(fit__problem *p, double horizon);
 /** @return EINVAL unless there are more samples than unknowns */
 stein_status fit__check_samples(const fit__problem *p, stein_err *err);
 void fit__problem_free(fit__problem *p);

@@ -546,6 +546,25 @@ static stein_status make(fit__problem *p, const lab_model *model, const lab_data
     return status == STEIN_OK ? fit__initial_states(p, err) : status;
 }
 
+void fit__limit(fit__problem *p, double horizon)
+{
+    p->horizon = horizon;
+    for (int s = 0; s < p->nstroke; s++) {
+        fit__stroke *t = &p->stroke[s];
+        int samples = 0;
+        for (int c = 0; c < t->nsampled; c++) {
+            double sum = 0.0;
+            for (int i = 0; i < t->n && fit__time_of(t, i) - t->origin <= horizon; i++) {
+                double share = isfinite(t->y[c * t->n + i]) ? t->share[c * t->n + i] : 0.0;
+                sum += share * share;
+            }
+            samples += (int)lround(sum);
+        }
+        p->samples += samples - t->samples;
+        t->samples = samples;
+    }
+}
+
 stein_status fit__check_samples(const fit__problem *p, stein_err *err)
 {
     return p->samples > p->nu

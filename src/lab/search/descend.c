@@ -72,7 +72,7 @@ double diag__relative(const fit__problem *p, const double *r)
     double motion = 0.0, n;
     for (int s = 0; s < p->nstroke; s++) {
         for (int c = 0; c < p->stroke[s].nch; c++) {
-            motion += motion_of(&p->stroke[s], c, INFINITY, &n);
+            motion += motion_of(&p->stroke[s], c, p->horizon, &n);
         }
     }
     return sqrt(fit__chi2(p, r) / fmax(motion, 1e-300));
@@ -168,7 +168,7 @@ static double lost_from(const fit__problem *p, double until)
  * off, where it stops, 0: none; INFINITY: it did so over none */
 static stein_status descend_growing(fit__problem *p, fit__end *e, double *reach, stein_err *err)
 {
-    double whole = 0.0, until = 0.0, last = 0.0;
+    double whole = 0.0, until = 0.0, last = 0.0, most = p->horizon;
     stein_status status = STEIN_OK;
     int near = 1;
     for (int s = 0; s < p->nstroke; s++) {
@@ -177,6 +177,7 @@ static stein_status descend_growing(fit__problem *p, fit__end *e, double *reach,
         until = fmax(until, 2.0 * t->window);
     }
     diag__hold_scatter(p, 1);
+    whole = fmin(whole, most);
     for (until = fmax(until, least_horizon * whole); until < whole && status == STEIN_OK && near;
          until *= horizon) {
         stein_err why;
@@ -190,7 +191,7 @@ static stein_status descend_growing(fit__problem *p, fit__end *e, double *reach,
         status = fit__forgive(status, err);
     }
     diag__hold_scatter(p, 0);
-    p->horizon = INFINITY;
+    p->horizon = most;
     return status;
 }
 
@@ -288,7 +289,7 @@ typedef struct alone {
 static stein_status follow(const fit__problem *own, double *x, stein_err *err)
 {
     const fit__stroke *t = &own->stroke[0];
-    double length = t->data->time[t->n - 1] - t->origin, before;
+    double length = fmin(t->data->time[t->n - 1] - t->origin, own->horizon), before;
     double *y = malloc(sizeof *y * ((size_t)own->nu + 1));
     fit__bench b;
     stein_status status = fit__bench_make(&b, own, err);
@@ -371,6 +372,7 @@ static stein_status fit_record(void *ctx, int s, fit__pool *pool, stein_err *err
         &own, p->model, &one, p->def, p->naccepted > 0 ? p->accepted[0] : NULL, p->naccepted, err);
     own.tolerance = p->tolerance;
     own.stride = p->stride;
+    own.horizon = p->horizon;
     own.pool = pool;
     own.simulated = p->simulated;
     if (status == STEIN_OK) {

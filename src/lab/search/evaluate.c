@@ -43,6 +43,9 @@ static stein_status open_row(diag__problem *q, diag__row *row, stein_err *err)
     p->tolerance = q->null.tolerance;
     p->stride = q->null.stride;
     p->simulated = &q->strokes;
+    if (isfinite(q->null.horizon)) {
+        fit__limit(p, q->null.horizon);
+    }
     row->x = calloc((size_t)p->nu + (size_t)p->np + fit__offset(p, p->nstroke) + 1, sizeof *row->x);
     row->J = malloc(sizeof *row->J * (fit__columns(p) + 1));
     if (row->x == NULL || row->J == NULL) {

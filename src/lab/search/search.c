@@ -410,6 +410,7 @@ stein_status diag__search(diag__problem *q, diag__table *t, stein_err *err)
         diag__trace_row(q->trace, q, t, row);
     }
     status = status == STEIN_OK ? diag__doubt_starts(q, t, row, err) : status;
+    status = status == STEIN_OK ? diag__over_growing_horizons(q, t, err) : status;
     status = status == STEIN_OK ? diag__expand_all(q, t, err) : status;
     status = status == STEIN_OK ? diag__with_settings(q, t, err) : status;
     status = status == STEIN_OK && !q->scale_free ? diag__with_noise(q, t, err) : status;

@@ -396,7 +396,7 @@ extern const diag__proposer diag__propose_moved, diag__propose_add, diag__propos
 /** Rows that no linear model proposes: no cause; settings off by what their digits allow; the best
  * rows once more, with estimated noise, or with the numbers of bodies free; single causes. */
 extern const diag__proposer diag__step_null, diag__step_settings, diag__step_noise,
-    diag__step_bodies, diag__step_single;
+    diag__step_bodies, diag__step_longer, diag__step_single;
 
 /* ---- search.c ---- */
 
@@ -432,6 +432,11 @@ void diag__take_back(diag__problem *q, diag__table *t, const diag__standing *kep
 stein_status diag__fit_again(diag__problem *q, diag__table *t, const diag__proposer *by,
                              stein_err *err);
 
+/** Where the fit without a cause has lost long swings: the search over their first five periods,
+ * then over three times as long horizons with what was found, to the whole records. A swing whose
+ *  frequency is 1 % off has lost its phase after fifty periods; whatever is fitted to all of it at
+ *  once then explains phases. @return OK, ENOMEM */
+stein_status diag__over_growing_horizons(diag__problem *q, diag__table *t, stein_err *err);
 /** Where stated initial states are grossly wrong they are uncertain in all rows from then on.
  *  @param exact  the null row, with starts as stated  @return OK, ENOMEM */
 stein_status diag__doubt_starts(diag__problem *q, diag__table *t, diag__row *exact, stein_err *err);

@@ -9,11 +9,14 @@
 
 #include "proposals.h"
 
-static const double tiny = 1e-6; /* variance of noise, in the stated one */
+enum { CARRIED = 10, SWINGS = 10 }; /* half swings that a first fit follows: five periods */
+static const double growth = 3.0;   /* from one horizon to the next */
+static const double tiny = 1e-6;    /* variance of noise, in the stated one */
 
 const diag__proposer diag__step_settings = {
     .letter = 'S', .name = "settings that are off by what their digits allow"};
 const diag__proposer diag__step_noise = {.letter = 'N', .name = "again, with estimated noise"};
+const diag__proposer diag__step_longer = {.letter = 'H', .name = "again, over a longer horizon"};
 const diag__proposer diag__step_bodies = {.letter = 'B',
                                           .name = "again, with the numbers of bodies free"};
 
@@ -198,5 +201,109 @@ stein_status diag__with_bodies(diag__problem *q, diag__table *t, stein_err *err)
         return status == STEIN_OK ? end : status;
     }
     free(b.kept.superseded);
+    return status;
+}
+
+/* how often a channel crosses its mean, by more than its noise */
+static int crossings(const fit__stroke *t, int c)
+{
+    const double *y = t->y + c * t->n;
+    double sum = 0.0, n = 0.0;
+    int side = 0, found = 0;
+    for (int i = 0; i < t->n; i++) {
+        sum += isfinite(y[i]) ? y[i] : 0.0;
+        n += isfinite(y[i]) ? 1.0 : 0.0;
+    }
+    for (int i = 0; i < t->n; i++) {
+        double off = isfinite(y[i]) ? y[i] - sum / n : 0.0;
+        int now = off > diag__beyond_chance * t->noise[c]    ? 1
+                  : off < -diag__beyond_chance * t->noise[c] ? -1
+                                                             : side;
+        found += side != 0 && now != side;
+        side = now;
+    }
+    return found;
+}
+
+/* the longest half swing of a record, and the longest record [s] */
+static double half_swing(const fit__problem *p, double *whole)
+{
+    double half = 0.0;
+    *whole = 0.0;
+    for (int s = 0; s < p->nstroke; s++) {
+        const fit__stroke *t = &p->stroke[s];
+        double length = t->data->time[t->n - 1] - t->data->time[0];
+        int most = 1;
+        for (int c = 0; c < t->nsampled; c++) {
+            int swings = crossings(t, c);
+            most = swings > most ? swings : most;
+        }
+        half = fmax(half, length / most);
+        *whole = fmax(*whole, length);
+    }
+    return half;
+}
+
+/* The best hypothesis of each number of causes, and the rivals of the best one, over a longer
+ * horizon. Rows so far no longer count, and have no derivatives behind theirs. */
+static stein_status fit_longer(diag__problem *q, diag__table *t, stein_err *err)
+{
+    const diag__row *best = diag__incumbent(q, t);
+    int rows[CARRIED], n = 0;
+    for (int k = 0; k <= DIAG_CAUSES; k++) {
+        rows[n] = diag__index(t, diag__best(q, t, k));
+        n += rows[n] >= 0;
+    }
+    for (int i = 0; i < t->n && n < CARRIED; i++) {
+        const diag__row *row = t->row[i];
+        int had = row->superseded || row != diag__find(t, &row->h) || !diag__is_possible(q, row);
+        for (int k = 0; k < n; k++) {
+            had |= rows[k] == i;
+        }
+        if (!had && row->objective < best->objective + diag__least_gain) {
+            rows[n++] = i;
+        }
+    }
+    for (int k = 0; k < t->n; k++) {
+        t->row[k]->superseded = 1;
+        free(t->row[k]->J);
+        t->row[k]->J = NULL;
+    }
+    stein_status status = STEIN_OK;
+    for (int k = 0; k < n && status == STEIN_OK && !diag__is_spent(q); k++) {
+        diag__row *one = NULL;
+        diag__proposal longer = diag__as_parent(t->row[rows[k]]->h, rows[k], &diag__step_longer);
+        status = diag__try(q, t, &longer, &one, err);
+    }
+    return status;
+}
+
+stein_status diag__over_growing_horizons(diag__problem *q, diag__table *t, stein_err *err)
+{
+    double whole, until = SWINGS * half_swing(&q->null, &whole);
+    diag__row *lost = diag__best(q, t, 0), *row = NULL;
+    diag__proposal null = {.h = {.n = 0}, .parent = -1, .by = &diag__step_longer};
+    int far =
+        lost != NULL && lost->chi2_dof > diag__seven_noises && lost->relative > diag__followed;
+    if (!far || !(until > 0.0) || until * growth > whole) {
+        return STEIN_OK;
+    }
+    lost->superseded = 1;
+    fit__limit(&q->null, until);
+    stein_status status = diag__try(q, t, &null, &row, err);
+    status = status == STEIN_OK ? diag__expand_all(q, t, err) : status;
+    while (status == STEIN_OK && isfinite(until) && !diag__is_spent(q)) {
+        until = until * growth * growth < whole ? until * growth : (double)INFINITY;
+        fit__limit(&q->null, until);
+        status = fit_longer(q, t, err);
+        status = status == STEIN_OK && isfinite(until) ? diag__expand_all(q, t, err) : status;
+    }
+    if (isfinite(until)) { // the budget is spent, or it failed
+        fit__limit(&q->null, INFINITY);
+        for (int k = 0; k < t->n; k++) {
+            t->row[k]->superseded = 1;
+        }
+    }
+    lost->superseded = 0;
     return status;
 }
