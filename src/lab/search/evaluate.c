@@ -130,16 +130,18 @@ static int is_beaten(const diag__problem *q, const diag__table *t, const diag__r
  *
  * An amount of one standard deviation costs 1 in chi2 with this step. Without it the fit begins
  * where the records may have another order of events, and does not come back.
- * @param x  out: x + dx. @return 0: no such step */
-static int without_causes(const diag__row *row, const diag__row *parent, double *x)
+ * @param x  out: x + dx, as it is where there is no such step  @return OK, ENOMEM */
+static stein_status without_causes(const diag__row *row, const diag__row *parent, double *x,
+                                   stein_err *err)
 {
     const fit__problem *p = &row->p, *of = &parent->p;
+    size_t rows = fit__offset(p, p->nstroke), nu = (size_t)p->nu;
     fit__normal normal;
-    stein_err why;
-    double *r = malloc(sizeof *r * (fit__offset(p, p->nstroke) + (size_t)p->nu + 1));
-    double *dx = r + (r != NULL ? fit__offset(p, p->nstroke) : 0);
-    int stepped = fit__normal_make(&normal, p, &why) == STEIN_OK && r != NULL;
-    for (int s = 0; s < p->nstroke && stepped; s++) {
+    double *r = malloc(sizeof *r * (rows + nu + 1)), *dx = r + (r != NULL ? rows : 0);
+    stein_status status = fit__normal_make(&normal, p, err);
+    status = status == STEIN_OK && r == NULL ? lab__no_memory(err) : status;
+    memcpy(x, row->x, sizeof *x * nu);
+    for (int s = 0; s < p->nstroke && status == STEIN_OK; s++) {
         size_t size = (size_t)p->stroke[s].nch * (size_t)p->stroke[s].n;
         double *at = r + fit__offset(p, s);
         memcpy(at, parent->r + fit__offset(of, s), sizeof *at * size);
@@ -151,19 +153,18 @@ static int without_causes(const diag__row *row, const diag__row *parent, double 
             }
         }
     }
-    if (stepped) {
+    if (status == STEIN_OK) {
         fit__normal_fill(&normal, p, row->x, r, row->J, 1);
-        stepped = fit__normal_factor(&normal, p, 0.0, NULL) == 0;
-    }
-    if (stepped) {
-        fit__normal_step(&normal, p, dx);
-        for (int k = 0; k < p->nu; k++) {
-            x[k] = row->x[k] + dx[k];
+        if (fit__normal_factor(&normal, p, 0.0, NULL) == 0) {
+            fit__normal_step(&normal, p, dx);
+            for (size_t k = 0; k < nu; k++) {
+                x[k] += dx[k];
+            }
         }
     }
     fit__normal_free(&normal);
     free(r);
-    return stepped;
+    return status;
 }
 
 /* begins without some of the parent's causes where that is nearer. @param r  residuals at row->x */
@@ -177,14 +178,12 @@ static stein_status begin_without(diag__row *row, const diag__row *parent, doubl
     if (x == NULL) {
         return lab__no_memory(err);
     }
-    stein_status status = STEIN_OK;
-    if (without_causes(row, parent, x)) {
-        status = fit__residuals(p, x, x + nu, &failed, err);
-        double there = fit__chi2(p, x + nu) + fit__priors(p, x);
-        if (status == STEIN_OK && failed == 0 && there < fit__chi2(p, r) + fit__priors(p, row->x)) {
-            memcpy(row->x, x, sizeof *x * nu);
-            memcpy(r, x + nu, sizeof *x * rows);
-        }
+    stein_status status = without_causes(row, parent, x, err);
+    status = status == STEIN_OK ? fit__residuals(p, x, x + nu, &failed, err) : status;
+    if (status == STEIN_OK && failed == 0 &&
+        fit__chi2(p, x + nu) + fit__priors(p, x) < fit__chi2(p, r) + fit__priors(p, row->x)) {
+        memcpy(row->x, x, sizeof *x * nu);
+        memcpy(r, x + nu, sizeof *x * rows);
     }
     free(x);
     return fit__forgive(status, err);
