@@ -4,7 +4,6 @@
  * No fit has read them. They withdraw what they contradict and tell where between two fitted
  * records a change lies; they choose nothing else.
  */
-#include <gsl/gsl_sort.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -242,22 +241,17 @@ stein_status diag__is_shown(const diagnosis *d, int *yes, stein_err *err)
 
 stein_status diag__differ(const diagnosis *d, int *yes, stein_err *err)
 {
-    const fit__problem *p = &d->before.p;
-    int stated = fit__noise_given(&d->q.null) && isfinite(d->before.rmse), records = p->nstroke;
-    double *chi2 = malloc(sizeof *chi2 * ((size_t)records + 1));
+    const diag__reported *r = &d->before;
     *yes = 0;
+    if (!fit__noise_given(&d->q.null) || !isfinite(r->rmse)) {
+        return STEIN_OK;
+    }
+    double *chi2 = malloc(sizeof *chi2 * (2 * (size_t)r->p.nstroke + 1));
     if (chi2 == NULL) {
         return lab__no_memory(err);
     }
-    for (int s = 0; s < records && stated; s++) {
-        const fit__stroke *t = &p->stroke[s];
-        const double *r = d->before.r + fit__offset(p, s);
-        chi2[s] = lab__dot(r, r, (size_t)t->nch * (size_t)t->n) / fmax(1.0, t->samples);
-    }
-    if (stated && records > 0) { // single ones may be lost by their fits
-        gsl_sort(chi2, 1, (size_t)records);
-        *yes = chi2[records / 2] > diag__three_noises();
-    }
+    // the record in the middle: single ones may be lost by their fits
+    *yes = diag__by_record(&r->p, r->r, chi2) > diag__three_noises();
     free(chi2);
     return STEIN_OK;
 }

@@ -29,7 +29,7 @@ enum { FEW = 4 }; /* strokes; fewer cannot show that they scatter */
 static const double weak_length = 1e-3,
                     weak_angle = 1e-2; /* prior of a number that is 0 [m, rad] */
 static const double per_second = 1.0;  /* bias of a rate sensor: a marker's offset in a second */
-static const double zero_g = 0.2;      /* bias of an accelerometer [m/s^2]; data sheets: +-40 mg */
+static const double zero_g = 0.2;      /* bias of an accelerometer [m/s^2]: +-40 mg, Bosch BMI160 */
 static const double of_setting = 0.01; /* least sd of what was set by hand, in its size: chosen */
 static const double least_compliance = 3e-4; /* limits */
 static const double trace = 1e-6;     /* share of a positive number that an effect leaves of it */
@@ -552,11 +552,12 @@ void fit__limit(fit__problem *p, double horizon)
     for (int s = 0; s < p->nstroke; s++) {
         fit__stroke *t = &p->stroke[s];
         int samples = 0;
-        for (int c = 0; c < t->nsampled; c++) {
+        for (int c = 0; c < t->nch; c++) {
             double sum = 0.0;
-            for (int i = 0; i < t->n && fit__time_of(t, i) - t->origin <= horizon; i++) {
-                double share = isfinite(t->y[c * t->n + i]) ? t->share[c * t->n + i] : 0.0;
-                sum += share * share;
+            for (int i = 0; i < t->n; i++) {
+                double y = t->y[c * t->n + i], share = t->share[c * t->n + i],
+                       at = t->event[c].is ? y : fit__time_of(t, i);
+                sum += isfinite(y) && at - t->origin <= horizon ? share * share : 0.0;
             }
             samples += (int)lround(sum);
         }

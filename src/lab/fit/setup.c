@@ -43,6 +43,7 @@ static const double hopeless = 300.0;   /* m above which a way does not fit: 17 
 static const double much_better = 10.0; /* ratio of m from which an alternative is reported */
 static const double coarse = 1e-7;      /* tolerance of a step [rad or m] */
 static const double windows = 4.0; /* length of what is simulated, in start windows, at least */
+static const double swings = 2.0;  /* and in half swings: one lies within, wherever they begin */
 
 /* one way to read the records otherwise */
 typedef struct way {
@@ -467,7 +468,7 @@ static void choose_strokes(trial *a)
     }
     for (int k = 0; k < a->nstroke; k++) {
         const fit__stroke *s = &p->stroke[a->stroke[k]];
-        a->until[k] = fmax(windows * s->window, s->half);
+        a->until[k] = fmax(windows * s->window, swings * s->half);
     }
 }
 

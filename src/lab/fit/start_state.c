@@ -76,8 +76,9 @@ static double size_of(const stein_model *m, const double *p)
     return size > 0.0 ? size : 0.1;
 }
 
-/* rate at which the channels move: zero crossings about their mean, with a dead band of a quarter
- * of their range [rad/s] */
+/* Rate at which the channels move: half swings from the first to the last crossing of the middle,
+ * with a dead band of a quarter of their range. A swing that decays stays within the band from some
+ * time on, and goes on at the same rate. [rad/s] */
 static double rate_of(const fit__beginning *w)
 {
     const fit__stroke *s = w->s;
@@ -86,6 +87,7 @@ static double rate_of(const fit__beginning *w)
         const double *y = s->y + c * s->n;
         double lo = INFINITY, hi = -INFINITY;
         int side = 0, crossings = 0;
+        double first = 0.0, last = 0.0;
         for (int i = 0; i < s->n; i++) {
             lo = isfinite(y[i]) ? fmin(lo, y[i]) : lo;
             hi = isfinite(y[i]) ? fmax(hi, y[i]) : hi;
@@ -93,10 +95,16 @@ static double rate_of(const fit__beginning *w)
         for (int i = 0; w->start[c].samples > 0 && i < s->n; i++) {
             double u = isfinite(y[i]) && hi > lo ? (y[i] - 0.5 * (lo + hi)) / (hi - lo) : 0.0;
             int now = u > 0.25 ? 1 : u < -0.25 ? -1 : 0;
-            crossings += now != 0 && side != 0 && now != side;
+            if (now != 0 && side != 0 && now != side) {
+                double at = s->data->time[i] - s->data->time[0];
+                first = crossings == 0 ? at : first;
+                last = at;
+                crossings++;
+            }
             side = now != 0 ? now : side;
         }
-        rate = fmax(rate, pi * crossings / length);
+        rate = fmax(rate, crossings > 1 ? pi * (crossings - 1) / (last - first)
+                                        : pi * crossings / length);
     }
     return rate;
 }

@@ -421,9 +421,7 @@ stein_status diag__fit_own(fit__problem *p, const double *D, int restarts, doubl
 
 /* ---- records that a fit has lost ---- */
 
-/* chi2 per sample of every record, then the same in order, [2*nstroke]. @return the one in the
- * middle */
-static double by_record(const fit__problem *p, const double *r, double *chi2)
+double diag__by_record(const fit__problem *p, const double *r, double *chi2)
 {
     for (int s = 0; s < p->nstroke; s++) {
         const fit__stroke *t = &p->stroke[s];
@@ -448,7 +446,7 @@ static double most_alone(const fit__stroke *t)
 static int outliers(const fit__problem *p, const double *r, double scale, double *chi2,
                     unsigned char *which, int *near)
 {
-    double middle = by_record(p, r, chi2);
+    double middle = diag__by_record(p, r, chi2);
     int n = 0;
     *near = middle * scale * scale < diag__near_noise;
     for (int s = 0; s < p->nstroke; s++) {

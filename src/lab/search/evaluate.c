@@ -23,6 +23,8 @@
 #include "search.h"
 
 enum { RENEWALS = 5, REFINEMENTS = 8, NOISES = 6 };
+static const double refined =
+    0.1; /* of the objective: a fit whose numbers are reported has ended */
 static const double same_noise = 0.1; /* relative change of noise that is none */
 static const double finer = 0.1;      /* steps where numbers are reported, in those of a search */
 static const double least_scatter = 0.01; /* sd of a refined fit [of the prior] */
@@ -417,7 +419,7 @@ stein_status diag__refine_row(diag__row *row, double within, stein_err *err)
     }
     memcpy(room, row->x, sizeof *room * n);
     memcpy(room + n, row->J, sizeof *room * nJ);
-    stein_status status = refine(row, fmax(diag__fit_ends, within), &why);
+    stein_status status = refine(row, fmax(refined, within), &why);
     if (status != STEIN_OK || !isfinite(row->objective)) { // no finite derivatives: as it was
         memcpy(row->x, room, sizeof *room * n);
         memcpy(row->J, room + n, sizeof *room * nJ);

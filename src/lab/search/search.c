@@ -76,27 +76,22 @@ static int next_look(const diag__table *t, const diag__row *row)
     return !(seen & first) ? first : more && !(seen & then) ? then : 0;
 }
 
-/* Does a row leave so much that another one, with a cause more, might explain it? Noise that was
- * estimated may be a half too small, but what is left may also be one more effect. */
-static int is_open(const diag__problem *q, const diag__row *row)
-{
-    return !diag__leaves_noise(q, row) || (q->scale_free && row->chi2_dof > diag__near_noise);
-}
-
-/* The best row that is to be linearised; where one leaves noise, that one alone, with its rivals if
- * it leaves more than the noise that was estimated. A row with more
- * causes than the incumbent has gained too little by them; where noise is estimated, it is looked
- * at if they are convincing. */
+/* The best row that is to be linearised. Where one leaves noise, that one alone; if the noise is
+ * estimated and it leaves more, its rivals, too: what is left may be one more effect beside one of
+ * them. A row with more causes than the incumbent has gained too little by them; where noise is
+ * estimated, it is looked at if they are convincing. */
 static diag__row *next_row(const diag__problem *q, const diag__table *t, int *look)
 {
     diag__row *best = diag__incumbent(q, t), *next = NULL;
+    int noise = diag__leaves_noise(q, best),
+        open = q->scale_free && best->chi2_dof > diag__near_noise;
     for (int i = 0; i < t->n; i++) {
         diag__row *row = t->row[i];
         int how = diag__is_possible(q, row) ? next_look(t, row) : 0;
         int gains = q->scale_free && row->objective < best->objective - diag__convincing;
         int more = row->h.n > best->h.n && !gains;
-        int rivals = is_open(q, best) && row->objective < best->objective + diag__least_gain;
-        if (how == 0 || more || (diag__leaves_noise(q, best) && row != best && !rivals)) {
+        int rival = open && row->objective < best->objective + diag__least_gain;
+        if (how == 0 || more || (noise && row != best && !rival)) {
             continue;
         }
         if (next == NULL || row->objective < next->objective) {
@@ -299,9 +294,8 @@ static stein_status expand(diag__problem *q, diag__table *t, diag__row *row, int
     stein_err why = {STEIN_OK, ""};
     double gain = look == HELD ? diag__rung[0] : 0.0;
     // what leaves much more than noise shows in a few records
-    int records = look == HELD                       ? DIAG_FEW_RECORDS
-                  : row->chi2_dof > diag__near_noise ? DIAG_FEW_RECORDS
-                                                     : DIAG_MANY_RECORDS;
+    int far = look == HELD || row->chi2_dof > diag__near_noise,
+        records = far ? DIAG_FEW_RECORDS : DIAG_MANY_RECORDS;
     row->expanded |= look;
     stein_status status = diag__linearise(q, row, gain, records, &l, &why);
     int n = status == STEIN_OK ? collect(q, t, &l, list) : 0, tried = 0, i = 0;

@@ -296,6 +296,9 @@ void diag__hold_scatter(fit__problem *p, int hold);
 double diag__relative(const fit__problem *p, const double *r);
 /** Samples between two corrections of the observer in these records. */
 int diag__stride_of(const fit__problem *p);
+/** chi2 per sample of every record, then the same in order. @param chi2  [2*nstroke] out  @return
+ *  the one in the middle */
+double diag__by_record(const fit__problem *p, const double *r, double *chi2);
 /** The records of a problem, only the records' own unknowns fitted, the others as they are in x.
  *  @param D  variances of scatter, in those of the prior  @return OK, ENOMEM, a failure */
 stein_status diag__fit_own(fit__problem *p, const double *D, int restarts, double *x, double *r,
@@ -337,6 +340,8 @@ int diag__index(const diag__table *t, const diag__row *row);
 diag__row *diag__best(const diag__problem *q, const diag__table *t, int n);
 /** Amount of cause i [limits], and its standard deviation. */
 double diag__amount(const diag__row *row, int i, double *sd);
+/** Has its fit ended far from the records, in noises and in their motion? NULL: yes. */
+int diag__is_far_off(const diag__row *row);
 /** Are all amounts of a row of a possible sign and size? */
 int diag__is_possible(const diag__problem *q, const diag__row *row);
 
@@ -426,16 +431,19 @@ void diag__take_back(diag__problem *q, diag__table *t, const diag__standing *kep
 
 /* ---- search_again.c ---- */
 
-/** The best hypothesis of each number of causes once more, where noise or the numbers of the file
- *  have changed; rows so far no longer count. @param by  diag__step_noise or diag__step_bodies
+/** The best hypothesis of each number of causes once more, where noise, the numbers of the file or
+ *  the horizon have changed; over a longer horizon the rivals of the best one, too. Rows so far no
+ *  longer count. @param by  diag__step_noise, diag__step_bodies or diag__step_longer
  *  @return OK, ENOMEM */
 stein_status diag__fit_again(diag__problem *q, diag__table *t, const diag__proposer *by,
                              stein_err *err);
 
-/** Where the fit without a cause has lost long swings: the search over their first five periods,
- * then over three times as long horizons with what was found, to the whole records. A swing whose
- *  frequency is 1 % off has lost its phase after fifty periods; whatever is fitted to all of it at
- *  once then explains phases. @return OK, ENOMEM */
+/** If the fit without a cause has lost long swings, the search begins with their first period and
+ *  a half. What it finds is fitted over a horizon three times as long, where the search goes on,
+ * and so on to the whole records. A swing whose frequency is 1 % off has another phase after fifty
+ *  periods, and what is fitted to all of it at once explains phases. Until then noise is what the
+ *  samples show: estimated from residuals that are far off, it hides what a cause explains.
+ *  @return OK, ENOMEM */
 stein_status diag__over_growing_horizons(diag__problem *q, diag__table *t, stein_err *err);
 /** Where stated initial states are grossly wrong they are uncertain in all rows from then on.
  *  @param exact  the null row, with starts as stated  @return OK, ENOMEM */

@@ -9,9 +9,12 @@
 
 #include "proposals.h"
 
-enum { CARRIED = 10, SWINGS = 10 }; /* half swings that a first fit follows: five periods */
-static const double growth = 3.0;   /* from one horizon to the next */
-static const double tiny = 1e-6;    /* variance of noise, in the stated one */
+enum { CARRIED = 10 /* rows that are fitted again */ };
+/* Half swings of the first horizon. A length that is 4 % off is out of step by 0.4 rad then,
+ * which a linear model still follows. */
+static const double first_swings = 3.0;
+static const double growth = 3.0; /* from one horizon to the next */
+static const double tiny = 1e-6;  /* variance of noise, in the stated one */
 
 const diag__proposer diag__step_settings = {
     .letter = 'S', .name = "settings that are off by what their digits allow"};
@@ -30,17 +33,41 @@ static diag__hypothesis testable(const diag__problem *q, diag__hypothesis h)
     return h;
 }
 
-stein_status diag__fit_again(diag__problem *q, diag__table *t, const diag__proposer *by,
-                             stein_err *err)
+/* The best row of each number of causes, and, if asked for, rows whose hypotheses are rivals of the
+ * best one. @param rows  [CARRIED] out  @return how many */
+static int standing(const diag__problem *q, const diag__table *t, int rivals, int *rows)
 {
-    stein_status status = STEIN_OK;
-    int rows[DIAG_CAUSES + 1], n = 0;
+    const diag__row *best = diag__incumbent(q, t);
+    int n = 0;
     for (int k = 0; k <= DIAG_CAUSES; k++) {
         rows[n] = diag__index(t, diag__best(q, t, k));
         n += rows[n] >= 0;
     }
+    for (int i = 0; rivals && i < t->n && n < CARRIED; i++) {
+        const diag__row *row = t->row[i];
+        int takes = !row->superseded && row == diag__find(t, &row->h) &&
+                    diag__is_possible(q, row) &&
+                    row->objective < best->objective + diag__least_gain;
+        for (int k = 0; k < n; k++) {
+            takes &= rows[k] != i;
+        }
+        rows[n] = takes ? i : rows[n];
+        n += takes;
+    }
+    return n;
+}
+
+stein_status diag__fit_again(diag__problem *q, diag__table *t, const diag__proposer *by,
+                             stein_err *err)
+{
+    stein_status status = STEIN_OK;
+    int rows[CARRIED + 1], longer = by == &diag__step_longer, n = standing(q, t, longer, rows);
     for (int k = 0; k < t->n; k++) { // rows so far have other objectives
         t->row[k]->superseded = 1;
+        if (longer) { // and no derivatives behind their horizon
+            free(t->row[k]->J);
+            t->row[k]->J = NULL;
+        }
     }
     for (int k = 0; status == STEIN_OK && k < n; k++) {
         diag__row *one = NULL;
@@ -204,90 +231,29 @@ stein_status diag__with_bodies(diag__problem *q, diag__table *t, stein_err *err)
     return status;
 }
 
-/* how often a channel crosses its mean, by more than its noise */
-static int crossings(const fit__stroke *t, int c)
-{
-    const double *y = t->y + c * t->n;
-    double sum = 0.0, n = 0.0;
-    int side = 0, found = 0;
-    for (int i = 0; i < t->n; i++) {
-        sum += isfinite(y[i]) ? y[i] : 0.0;
-        n += isfinite(y[i]) ? 1.0 : 0.0;
-    }
-    for (int i = 0; i < t->n; i++) {
-        double off = isfinite(y[i]) ? y[i] - sum / n : 0.0;
-        int now = off > diag__beyond_chance * t->noise[c]    ? 1
-                  : off < -diag__beyond_chance * t->noise[c] ? -1
-                                                             : side;
-        found += side != 0 && now != side;
-        side = now;
-    }
-    return found;
-}
-
-/* the longest half swing of a record, and the longest record [s] */
+/* the longest half swing of a record, 0: none swings; the longest record [s] */
 static double half_swing(const fit__problem *p, double *whole)
 {
     double half = 0.0;
     *whole = 0.0;
     for (int s = 0; s < p->nstroke; s++) {
         const fit__stroke *t = &p->stroke[s];
-        double length = t->data->time[t->n - 1] - t->data->time[0];
-        int most = 1;
-        for (int c = 0; c < t->nsampled; c++) {
-            int swings = crossings(t, c);
-            most = swings > most ? swings : most;
-        }
-        half = fmax(half, length / most);
-        *whole = fmax(*whole, length);
+        half = fmax(half, t->half);
+        *whole = fmax(*whole, t->data->time[t->n - 1] - t->data->time[0]);
     }
     return half;
 }
 
-/* The best hypothesis of each number of causes, and the rivals of the best one, over a longer
- * horizon. Rows so far no longer count, and have no derivatives behind theirs. */
-static stein_status fit_longer(diag__problem *q, diag__table *t, stein_err *err)
-{
-    const diag__row *best = diag__incumbent(q, t);
-    int rows[CARRIED], n = 0;
-    for (int k = 0; k <= DIAG_CAUSES; k++) {
-        rows[n] = diag__index(t, diag__best(q, t, k));
-        n += rows[n] >= 0;
-    }
-    for (int i = 0; i < t->n && n < CARRIED; i++) {
-        const diag__row *row = t->row[i];
-        int had = row->superseded || row != diag__find(t, &row->h) || !diag__is_possible(q, row);
-        for (int k = 0; k < n; k++) {
-            had |= rows[k] == i;
-        }
-        if (!had && row->objective < best->objective + diag__least_gain) {
-            rows[n++] = i;
-        }
-    }
-    for (int k = 0; k < t->n; k++) {
-        t->row[k]->superseded = 1;
-        free(t->row[k]->J);
-        t->row[k]->J = NULL;
-    }
-    stein_status status = STEIN_OK;
-    for (int k = 0; k < n && status == STEIN_OK && !diag__is_spent(q); k++) {
-        diag__row *one = NULL;
-        diag__proposal longer = diag__as_parent(t->row[rows[k]]->h, rows[k], &diag__step_longer);
-        status = diag__try(q, t, &longer, &one, err);
-    }
-    return status;
-}
-
 stein_status diag__over_growing_horizons(diag__problem *q, diag__table *t, stein_err *err)
 {
-    double whole, until = SWINGS * half_swing(&q->null, &whole);
+    double whole, until = first_swings * half_swing(&q->null, &whole);
     diag__row *lost = diag__best(q, t, 0), *row = NULL;
     diag__proposal null = {.h = {.n = 0}, .parent = -1, .by = &diag__step_longer};
-    int far =
-        lost != NULL && lost->chi2_dof > diag__seven_noises && lost->relative > diag__followed;
-    if (!far || !(until > 0.0) || until * growth > whole) {
+    if (lost == NULL || !diag__is_far_off(lost) || !(until > 0.0) || until * growth > whole) {
         return STEIN_OK;
     }
+    int estimated = q->scale_free;
+    q->scale_free = 0; // a model that is far off is no measure of the noise
     lost->superseded = 1;
     fit__limit(&q->null, until);
     stein_status status = diag__try(q, t, &null, &row, err);
@@ -295,9 +261,11 @@ stein_status diag__over_growing_horizons(diag__problem *q, diag__table *t, stein
     while (status == STEIN_OK && isfinite(until) && !diag__is_spent(q)) {
         until = until * growth * growth < whole ? until * growth : (double)INFINITY;
         fit__limit(&q->null, until);
-        status = fit_longer(q, t, err);
+        q->scale_free = estimated && !isfinite(until);
+        status = diag__fit_again(q, t, &diag__step_longer, err);
         status = status == STEIN_OK && isfinite(until) ? diag__expand_all(q, t, err) : status;
     }
+    q->scale_free = estimated;
     if (isfinite(until)) { // the budget is spent, or it failed
         fit__limit(&q->null, INFINITY);
         for (int k = 0; k < t->n; k++) {

@@ -9,7 +9,7 @@
 
 #include "proposals.h"
 
-static const double shorter = 0.1; /* of an amount, where a fit begins anew */
+static const double shorter = 0.1; /* share of an amount from which a fit is repeated */
 
 /* Rows of a hypothesis; of those that one proposer made, the ones from other rows than `parent`. */
 int diag__tries(const diag__table *t, const diag__hypothesis *h, const diag__proposer *by,
@@ -154,16 +154,16 @@ stein_status diag__null_again(diag__problem *q, diag__table *t, diag__row **agai
     const diag__row *null = diag__best(q, t, 0);
     const diag__row *from = null != NULL ? start_of_null(q, t, null) : NULL;
     *again = NULL;
-    const diag__hypothesis none = {.n = 0};
     int parent = from != NULL ? diag__index(t, from) : -1, had = 0;
     for (int i = 0; i < t->n; i++) {
-        had |= t->row[i]->by == &diag__propose_drop && t->row[i]->parent == parent &&
-               t->row[i]->h.n == 0;
+        const diag__row *row = t->row[i];
+        had |= row->h.n == 0 && row->by == &diag__propose_drop && row->parent == parent;
     }
     if (from == NULL || had || diag__is_spent(q)) {
         return STEIN_OK;
     }
-    const diag__proposal p = diag__as_parent(none, parent, &diag__propose_drop);
+    const diag__proposal p =
+        diag__as_parent((diag__hypothesis){.n = 0}, parent, &diag__propose_drop);
     stein_status status = diag__try(q, t, &p, again, err);
     if (*again != diag__best(q, t, 0)) {
         *again = NULL;

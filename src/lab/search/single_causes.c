@@ -19,12 +19,6 @@
 
 const diag__proposer diag__step_single = {.letter = 'E', .name = "single causes one by one"};
 
-/* has a fit ended far from the records? */
-static int is_far_off(const diag__row *row)
-{
-    return row == NULL || (row->chi2_dof > diag__seven_noises && row->relative > diag__followed);
-}
-
 /* the proposal of column a, its amount within its limit and of a possible sign */
 static int single(const diag__problem *q, const diag__linear *l, int a, diag__proposal *to)
 {
@@ -64,7 +58,7 @@ static stein_status try_columns(diag__problem *q, diag__table *t, const diag__li
 {
     diag__ranked list[DIAG_COLUMNS];
     diag__proposal p;
-    int n = 0, found = 0, anew = is_far_off(diag__incumbent(q, t));
+    int n = 0, found = 0, anew = diag__is_far_off(diag__incumbent(q, t));
     long most = 2 * q->strokes;
     for (int a = 0; a < l->n && n < DIAG_COLUMNS; a++) {
         if (single(q, l, a, &p) && (anew || diag__find(t, &p.h) == NULL)) {
@@ -89,7 +83,7 @@ static stein_status try_columns(diag__problem *q, diag__table *t, const diag__li
             status = diag__try(q, t, &p, &one, err);
         }
         found = one != NULL && diag__is_possible(q, one) &&
-                (anew ? !is_far_off(one) : diag__leaves_noise(q, one));
+                (anew ? !diag__is_far_off(one) : diag__leaves_noise(q, one));
     }
     return status;
 }
@@ -100,7 +94,7 @@ stein_status diag__try_each(diag__problem *q, diag__table *t, stein_err *err)
     diag__linear l;
     stein_err why = {STEIN_OK, ""};
     int found = null == NULL || diag__leaves_noise(q, best) ||
-                (best->h.n > 0 && !is_far_off(best) &&
+                (best->h.n > 0 && !diag__is_far_off(best) &&
                  best->chi2_dof - 1.0 < diag__some_of * (null->chi2_dof - 1.0));
     if (found || diag__is_spent(q)) {
         return STEIN_OK;

@@ -75,11 +75,15 @@ double diag__amount(const diag__row *row, int i, double *sd)
     return row->x[k];
 }
 
+int diag__is_far_off(const diag__row *row)
+{
+    return row == NULL || (row->chi2_dof > diag__seven_noises && row->relative > diag__followed);
+}
+
 int diag__thinkable(const lab_candidate *c, double amount)
 {
-    double most = c->effect->site == LAB_AT_CLOCK     ? diag__largest_read
-                  : c->effect->site == LAB_AT_CHANNEL ? diag__largest_read
-                                                      : diag__largest;
+    int read = c->effect->site == LAB_AT_CLOCK || c->effect->site == LAB_AT_CHANNEL;
+    double most = read ? diag__largest_read : diag__largest;
     return fabs(amount) <= most && (lab_candidate_is_signed(c) || amount > 0.0);
 }
 

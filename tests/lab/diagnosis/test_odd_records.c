@@ -303,7 +303,7 @@ START_TEST(a_model_that_explains_the_fitted_records_alone_is_not_called_right)
 }
 END_TEST
 
-/* another pendulum, whose records state no start: no effect of the table is searched for */
+/* The records are of another pendulum, and state no start. The diagnosis searches for no effect. */
 START_TEST(records_at_a_fifth_of_the_pace_are_no_motion_of_the_mechanism)
 {
     static const char *const truth[] = {"rod.pendulum.frequency=0.2 Hz",
