@@ -37,7 +37,8 @@ enum {
     LEAST_DOF = 2,
     PASSES = 4,
     MOST_WINDOWS = 4000,
-    FEWEST_DIFFERENCES = 20
+    FEWEST_DIFFERENCES = 20,
+    LATTICE_LAG = 32
 };
 static const double tolerated = 1.2; /* ratio of variances of two windows: 10 % of the noise */
 
@@ -415,6 +416,18 @@ static double refine(const double *d, int n, double *q)
     return (double)on / n;
 }
 
+/* Steady motion has neighbours that are equally far apart, too. Values on a lattice are whole steps
+ * apart whatever lies between them; of others, half are nearer than a quarter step to one. */
+static int on_lattice(const data__series *s, double q)
+{
+    int near = 0, n = s->n - LATTICE_LAG;
+    for (int i = 0; i < n; i++) {
+        double apart = (s->v[i + LATTICE_LAG] - s->v[i]) / q;
+        near += fabs(apart - round(apart)) < 0.25;
+    }
+    return n <= 0 || near >= 0.8 * n;
+}
+
 double data__step(const data__series *s)
 {
     static const double quantile[] = {0.0, 0.001, 0.005, 0.02, 0.1, 0.3};
@@ -423,7 +436,7 @@ double data__step(const data__series *s)
     for (size_t i = 0; n >= FEWEST_DIFFERENCES && i < sizeof quantile / sizeof *quantile; i++) {
         for (int k = 1; k <= 6; k++) {
             double q = d[(int)(quantile[i] * n)] / k;
-            if (q * 1.2 > best && refine(d, n, &q) >= 0.93 && q > best) {
+            if (q * 1.2 > best && refine(d, n, &q) >= 0.93 && q > best && on_lattice(s, q)) {
                 best = q;
             }
         }

@@ -236,6 +236,28 @@ START_TEST(a_record_locked_to_its_pixels_is_reported)
 }
 END_TEST
 
+/* A glider that loses a sixth of its speed: neighbours are 2.2 to 2.0 mm apart, which is no step of
+ * a sensor that tells micrometres. */
+START_TEST(the_way_between_two_samples_of_steady_motion_is_no_step)
+{
+    const char *path = in_folder("glider.csv");
+    unsigned long long seed = 19;
+    FILE *f = fopen(path, "w");
+    ck_assert_ptr_nonnull(f);
+    fprintf(f, "time [s],height [m]\n");
+    for (int i = 0; i < 345; i++) {
+        double t = i / 500.0, x = 1.1 * t - 0.13 * t * t + 12e-6 * gaussian(&seed);
+        fprintf(f, "%.6f,%.6f\n", t, 1e-6 * round(1e6 * x));
+    }
+    ck_assert_int_eq(fclose(f), 0);
+    lab_data *d = open_data(path, &stein_model_falling_ball);
+    lab_audit *a = audit_of(d);
+    ck_assert_double_lt(a->channel[0].step, 5e-6);
+    ck_assert_close(a->channel[0].noise, 12e-6, 0.2, 0.0);
+    close_both(a, d);
+}
+END_TEST
+
 /* ---- time ---- */
 
 START_TEST(jitter_of_the_frames_is_measured)
@@ -656,6 +678,7 @@ void data_audit_cases(Suite *suite)
                         4);
     tcase_add_loop_test(tc, a_quantisation_step_is_found_again, 0, 9);
     tcase_add_test(tc, a_record_locked_to_its_pixels_is_reported);
+    tcase_add_test(tc, the_way_between_two_samples_of_steady_motion_is_no_step);
     tcase_add_loop_test(tc, jitter_of_the_frames_is_measured, 0, 3);
     tcase_add_test(tc, dropped_frames_are_counted);
     tcase_add_test(tc, a_varying_rate_is_reported_and_is_no_gap);
