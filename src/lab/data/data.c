@@ -208,6 +208,10 @@ static void row_line(data__reader *r, const char *text, size_t size)
         r->stop = 1;
         return;
     }
+    if (n == r->ntitle - 1 && n > r->time_at && *r->title[n].name == '\0') {
+        // the titles alone end with a separator
+        cell[n++] = (data__cell){text + size, 0, (int)size};
+    }
     if (n == r->ntitle && is_empty(cell, n)) { // added by a spreadsheet
         return;
     }
@@ -259,19 +263,42 @@ static void keep_above(data__reader *r, const char *text, size_t size)
     r->nabove++;
 }
 
-/* A row, and no header yet: it is the last "#" line, or what stands above the row was meant as one.
- */
+static void drop_last_note(data__reader *r)
+{
+    lab_note *note = &r->out->note[--r->out->data.nnote];
+    free((void *)note->name);
+    free((void *)note->value);
+}
+
+/* Titles in the last "#" line, or in the one above it where the last one has their units.
+ * @return 0: neither has titles */
+static int note_header(data__reader *r)
+{
+    int n = r->out->data.nnote, units = 0;
+    const lab_note *last = n > 0 ? &r->out->note[n - 1] : NULL, *titles = last;
+    if (n > 1 && *last->name == '\0' && !is_note_header(r, last)) {
+        titles = last - 1;
+        units = 1;
+    }
+    if (titles == NULL || !is_note_header(r, titles)) {
+        return 0;
+    }
+    data__header_line(r, titles->line, titles->value, strlen(titles->value));
+    if (units && r->ntitle > 0 && !r->stop) {
+        data__cell cell[DATA_COLUMNS + 1];
+        data__unit_line(r, cell, data__cells(last->value, strlen(last->value), r->separator, cell));
+        drop_last_note(r);
+    }
+    drop_last_note(r);
+    return 1;
+}
+
+/* A row, and no header yet: it is in "#" lines, or what stands above the row was meant as one. */
 static void late_header(data__reader *r, const char *text, size_t size)
 {
-    lab_note *last = r->out->data.nnote > 0 ? &r->out->note[r->out->data.nnote - 1] : NULL;
     if (r->above != NULL) {
         data__header_line(r, r->above_line, r->above, strlen(r->above));
-    } else if (last != NULL && is_note_header(r, last)) {
-        data__header_line(r, last->line, last->value, strlen(last->value));
-        free((void *)last->name);
-        free((void *)last->value);
-        r->out->data.nnote--;
-    } else {
+    } else if (!note_header(r)) {
         data__problem(&r->problems, 0, r->lines.line, 1,
                       "numbers where the titles of the columns should be, expected "
                       "\"time [s],...\" above the first row");

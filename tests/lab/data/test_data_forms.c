@@ -34,7 +34,11 @@ START_TEST(a_record_is_read_in_every_usual_form)
         "\"time, ms\",\"key_dip, mm\",\"key_angle, rad\",\"finger, N\"\n"
         "0,1.5,0.25,-1.5\n250,1.75,0.125,2\n500,,-1,0\n750,-1,3,1000\n",
         "motor,Time,Key_Dip,KEY_ANGLE,finger,note\n,ms,mm,rad,N,\n7,0,1.5,0.25,-1.5,begin\n"
-        "8,250,1.75,0.125,2,\"a,b\"\nx,500,,-1,0,\n,750,-1,3,1000,end\n"};
+        "8,250,1.75,0.125,2,\"a,b\"\nx,500,,-1,0,\n,750,-1,3,1000,end\n",
+        "t\tkey_dip\tkey_angle\tfinger\t\r\n0\t0.0015\t0.25\t-1.5\r\n"
+        "0.25\t0.00175\t0.125\t2\r\n0.5\t\t-1\t0\r\n0.75\t-0.001\t3\t1e3\r\n",
+        "# run 7\n#Time\tkey_dip\tkey_angle\tfinger\n#[ms]\t[mm]\t[rad]\t[N]\n"
+        "0\t1.5\t0.25\t-1.5\n250\t1.75\t0.125\t2\n500\t\t-1\t0\n750\t-1\t3\t1000\n"};
     lab_data *first = NULL;
     for (size_t i = 0; i < sizeof text / sizeof *text; i++) {
         lab_data *d = NULL;
