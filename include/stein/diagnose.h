@@ -126,6 +126,10 @@ void lab_candidate_apply(const lab_candidate *candidate, double amount, double *
 /** May its amount be negative? An effect that scales a number of the file may reduce it; where that
  *  number is 0, it can only add. */
 int lab_candidate_is_signed(const lab_candidate *candidate);
+/** Name of its amount, and its equation. Where the file's number is 0, an effect that would scale
+ * it has no logarithm: its amount is the "change" of the number. */
+const char *lab_candidate_size(const lab_candidate *candidate);
+const char *lab_candidate_equation(const lab_candidate *candidate);
 
 /** The mechanism in which an effect with `needs` can be simulated: the file's, with the part in
  *  it, generated, compiled and cached as any other. Every number, input, output, contact of the

@@ -169,10 +169,25 @@ int lab_effect_is(const lab_effect *effect, const char *word)
            strcmp(word, effect->cls) == 0 || strcmp(word, lab_site_text(effect->site)) == 0;
 }
 
+/* would it scale a number that is 0? */
+static int scales_nothing(const lab_candidate *c)
+{
+    return strcmp(c->effect->size, "log_scale") == 0 && c->move == LAB_MOVE_ADD;
+}
+
 int lab_candidate_is_signed(const lab_candidate *c)
 {
-    int scales = strcmp(c->effect->size, "log_scale") == 0;
-    return c->effect->both_signs && !(scales && c->move == LAB_MOVE_ADD);
+    return c->effect->both_signs && !scales_nothing(c);
+}
+
+const char *lab_candidate_size(const lab_candidate *c)
+{
+    return scales_nothing(c) ? "change" : c->effect->size;
+}
+
+const char *lab_candidate_equation(const lab_candidate *c)
+{
+    return scales_nothing(c) ? "a number that is 0 in the file is not" : c->effect->equation;
 }
 
 const char *lab_effect_share(const lab_effect *effect)

@@ -66,7 +66,7 @@ static double deviation(const lab_cause_number *n)
 /* of a parameter that an amount moved to `after` */
 static double moved_deviation(const lab_candidate *c, const lab_suspect *s, double after)
 {
-    const lab_cause_number *n = find_number(s, c->effect->size);
+    const lab_cause_number *n = find_number(s, lab_candidate_size(c));
     double sd = deviation(n);
     int of_amount = n != NULL && fabs(n->value - s->amount) <= fabs(n->value - after);
     return of_amount && c->move == LAB_MOVE_SCALE ? sd * fabs(after) : sd;
@@ -261,9 +261,10 @@ static void write_cause(FILE *f, const lab_suspect *s)
     const lab_candidate c = as_found(s);
     char scope[LAB_PLACE];
     fprintf(f, "#   %s at %s%s: %s%s\n", c.effect->kind, c.place, lab_candidate_scope(&c, scope),
-            c.effect->equation, is_of_record(s) ? "; not in this file, but in that record" : "");
-    const lab_cause_number *size = find_number(s, c.effect->size);
-    write_number(f, c.effect->size, size != NULL ? size->unit : c.unit,
+            lab_candidate_equation(&c),
+            is_of_record(s) ? "; not in this file, but in that record" : "");
+    const lab_cause_number *size = find_number(s, lab_candidate_size(&c));
+    write_number(f, lab_candidate_size(&c), size != NULL ? size->unit : c.unit,
                  size != NULL ? size->value : s->amount, size);
     for (int k = 0; k < LAB_SIDES && c.side[k].name != NULL; k++) {
         const lab_side *side = &c.side[k];

@@ -33,7 +33,7 @@ static void write_parameters(lab__json *j, const lab_suspect *s)
         write_number(j, n->name, n->unit, n->value, n->lo, n->hi);
     }
     if (s->nnumber == 0 && s->candidate.effect != NULL) {
-        write_number(j, s->candidate.effect->size, s->candidate.unit, s->amount, NAN, NAN);
+        write_number(j, lab_candidate_size(&s->candidate), s->candidate.unit, s->amount, NAN, NAN);
     }
     lab__json_close(j);
 }
@@ -126,7 +126,7 @@ static void write_cause(lab__json *j, const lab_diagnosis *d, const lab_suspect 
     write_name(j, s);
     lab__json_text(j, "phase", d->phase);
     lab__json_text(j, "equation",
-                   s->candidate.effect != NULL ? s->candidate.effect->equation : NULL);
+                   s->candidate.effect != NULL ? lab_candidate_equation(&s->candidate) : NULL);
     lab__json_text(j, "also_called", s->candidate.alias);
     write_parameters(j, s);
     lab__json_open(j, "evidence", '{');

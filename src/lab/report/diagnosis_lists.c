@@ -151,7 +151,7 @@ static void suspect_numbers(FILE *f, const lab_suspect *s)
         page__interval(f, s->number[i].value, s->number[i].lo, s->number[i].hi, s->number[i].unit);
     }
     if (s->nnumber == 0 && s->candidate.effect != NULL && isfinite(s->amount)) {
-        page__words(f, s->candidate.effect->size);
+        page__words(f, lab_candidate_size(&s->candidate));
         fputs(" \xe2\x89\x88 ", f);
         page__quantity(f, s->amount, s->candidate.unit, 2);
     }

@@ -84,10 +84,11 @@ static void cause_line(FILE *f, const lab_suspect *s)
     fputs("</p>\n", f);
 }
 
-static void law_of(FILE *f, const lab_diagnosis *d, const lab_effect *e)
+static void law_of(FILE *f, const lab_diagnosis *d, const lab_candidate *c)
 {
+    const lab_effect *e = c->effect;
     fputs("<p class=\"quiet\">", f);
-    page__text(f, e->equation);
+    page__text(f, lab_candidate_equation(c));
     fputs("<br>usual signs: ", f);
     page__text(f, e->looks);
     if (d->phase != NULL) {
@@ -137,7 +138,7 @@ static void size_card(FILE *f, const lab_diagnosis *d)
             fputs("</p>\n", f);
         }
         if (s->candidate.effect != NULL) {
-            law_of(f, d, s->candidate.effect);
+            law_of(f, d, &s->candidate);
         }
         certainty(f, d, s);
     }

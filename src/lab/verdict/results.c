@@ -45,7 +45,7 @@ static void note_numbers(const diag__row *row, int i, double gain, lab_suspect *
     if (gain > diag__least_gain && fabs(row->x[at]) < diag__interval * sd) {
         sd = fabs(row->x[at]) / sqrt(gain); // 0 is as far as the ratio of likelihoods has it
     }
-    lab_cause_number *n = next_number(s, c->effect->size, c->unit);
+    lab_cause_number *n = next_number(s, lab_candidate_size(c), c->unit);
     n->value = s->amount;
     n->sd = sd * c->limit;
     n->lo = n->value - half * n->sd;

@@ -160,7 +160,7 @@ static void name_causes(lab_diagnosis *o)
         append(o, o->ncause == 1 ? ": " : ".");
     }
     if (o->ncause == 1 && count(o, acts_in_all) == 1) {
-        append(o, o->suspect[0].candidate.effect->equation);
+        append(o, lab_candidate_equation(&o->suspect[0].candidate));
         say_same(o, &o->suspect[0].candidate);
         append(o, ".");
     }
