@@ -417,7 +417,8 @@ END_TEST
 /* The class of the verdict is that of the first cause; friction is no error of an instrument. */
 START_TEST(causes_of_several_kinds_are_not_called_by_one)
 {
-    static const lab_effect clock = {.kind = "time_base", .cls = "sensor"};
+    static const lab_effect clock = {
+        .kind = "time_base", .cls = "sensor", .size = "error", .equation = "(1 + error) t"};
     static const char *const has[] = {
         "<h1>An instrument has an error: time base of the clock. The "
         "model lacks an effect: odd &lt;effect&gt; of the place1</h1>",
