@@ -15,7 +15,7 @@
  *   SI units. q, qd, qdd: one coordinate a joint. x to the right, z up, gravity -z. c holds
  * gravity, gyroscopic and applied forces; Q the forces in the joints. Names come from the file.
  *
- * EXAMPLE (the program of the README; cc strike.c $(pkg-config --cflags --libs stein))
+ * EXAMPLE (cc strike.c $(pkg-config --cflags --libs stein))
  *
  *   #include <stdio.h>
  *   #include <stein/stein.h>

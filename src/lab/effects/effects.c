@@ -7,9 +7,10 @@
  * gain, offset, lag and a quadratic error.
  *
  * A table instead of code per effect: the code that lists, tests, fits, writes and explains a
- * candidate is then written once. A new effect is one entry here and one term of a law. Effects
- * that add a coordinate or a part are marked (`needs`): the present equations have no parameter for
- * them. Theirs is a number of the mechanism to which lab_candidate_open adds that part.
+ * candidate is then written once. A new effect is one entry here, its limit in limits.c and a term
+ * of a law (docs/architecture.md). Effects that add a coordinate or a part are marked (`needs`):
+ * the present equations have no parameter for them. Theirs is a number of the mechanism to which
+ * lab_candidate_open adds that part.
  */
 #include <string.h>
 
