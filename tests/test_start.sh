@@ -175,13 +175,13 @@ fi
 # the same records as a phone's tracked positions and as an encoder's counts
 sed 's/^outputs:$/&\n  end_x: {point: lever.end, read: x}/' models/swing/swing.yaml >"$dir/phone.yaml"
 for i in 1 2 3 4 5 6 7 8; do
-    awk -F, '/^#/ { next } /^time/ { print "t;end_x (mm)"; next }
+    awk -F, '/^#/ { next } /^time/ { print "t [s];end_x (mm)"; next }
         { line = sprintf("%.7f;%.3f", $1, 330 * sin($2)); gsub(/\./, ",", line); print line }' models/swing/swing_0$i.csv >"$dir/phone_$i.csv"
     awk -F, '/^#/ { next } /^time/ { print "time_s,angle_deg"; next }
         { n = $2 * 16384 / 6.283185307; printf "%s,%.5f\n", $1, int(n + (n < 0 ? -0.5 : 0.5)) * 360 / 16384 }' models/swing/swing_0$i.csv >"$dir/encoder_$i.csv"
 done
 cmp -s "$dir/phone_1.csv" /dev/null || head -n 3 "$dir/phone_1.csv" >"$dir/head"
-sed -n '/^t;end_x/,/^```$/p' $tutorial | sed '/^```/d' | cmp -s - "$dir/head"
+sed -n '/^t \[s\];end_x/,/^```$/p' $tutorial | sed '/^```/d' | cmp -s - "$dir/head"
 ok "$tutorial: a phone's table is as it says: $(tr '\n' ' ' <"$dir/head")" $?
 claim 0 "positions of a phone" "$stein" diagnose "$dir/phone.yaml" "$dir"/phone_*.csv -o "$dir/phone"
 found 102.3 "$dir/out"

@@ -78,7 +78,8 @@ static double size_of(const stein_model *m, const double *p)
 
 /* Rate at which the channels move: half swings from the first to the last crossing of the middle,
  * with a dead band of a quarter of their range. A swing that decays stays within the band from some
- * time on, and goes on at the same rate. [rad/s] */
+ * time on, and goes on at the same rate. Fewer than four crossings are no swing: half swings in the
+ * whole record then. [rad/s] */
 static double rate_of(const fit__beginning *w)
 {
     const fit__stroke *s = w->s;
@@ -103,7 +104,7 @@ static double rate_of(const fit__beginning *w)
             }
             side = now != 0 ? now : side;
         }
-        rate = fmax(rate, crossings > 1 ? pi * (crossings - 1) / (last - first)
+        rate = fmax(rate, crossings > 3 ? pi * (crossings - 1) / (last - first)
                                         : pi * crossings / length);
     }
     return rate;
