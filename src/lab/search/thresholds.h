@@ -5,8 +5,7 @@
  * of differences, floors of divisions, iterations of a minimiser and sizes of arrays decide
  * nothing: they stand beside their use.
  *
- * Included by: this folder, src/lab/verdict, src/lab/law, src/lab/diagnosis,
- * src/lab/effects/extend.c.
+ * Included by: this folder, src/lab/verdict, src/lab/law, src/lab/diagnosis, src/lab/effects.
  */
 #ifndef DIAG_THRESHOLDS_H
 #define DIAG_THRESHOLDS_H
