@@ -340,7 +340,11 @@ if command -v x86_64-w64-mingw32-gcc >/dev/null 2>&1; then
         WINEPREFIX=$dir/wine WINEDEBUG=-all timeout 200 "$wine" "$dir/run.exe" "$dll" "$token" 2>"$dir/err" | tr -d '\r' >"$dir/got"
         "$stein" strike models/stein1788.yaml --until 100ms -o "$dir/last.csv" >/dev/null
         tail -n 1 "$dir/last.csv" | cut -d , -f 2,3 | tr , ' ' >"$dir/expected"
-        diff "$dir/got" "$dir/expected" >"$dir/err"
+        # the file has the shortest digits of a number, the program seventeen: both as seventeen
+        for file in got expected; do
+            awk '{ printf "%.17g %.17g\n", $1, $2 }' "$dir/$file" >"$dir/$file.digits"
+        done
+        diff "$dir/got.digits" "$dir/expected.digits" >"$dir/err"
         ok "it computes the same bits there" $?
     else
         echo "test_fmu: no wine, the binary for Windows is not run - run: apt-get install wine64"
