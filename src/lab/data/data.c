@@ -286,7 +286,14 @@ static int note_header(data__reader *r)
     data__header_line(r, titles->line, titles->value, strlen(titles->value));
     if (units && r->ntitle > 0 && !r->stop) {
         data__cell cell[DATA_COLUMNS + 1];
-        data__unit_line(r, cell, data__cells(last->value, strlen(last->value), r->separator, cell));
+        int cells = data__cells(last->value, strlen(last->value), r->separator, cell);
+        units = data__unit_line(r, cell, cells);
+    }
+    if (titles != last && !units) { // a remark, which stays
+        lab_note kept = *last;
+        r->out->note[n - 1] = *titles;
+        r->out->note[n - 2] = kept;
+    } else if (titles != last) {
         drop_last_note(r);
     }
     drop_last_note(r);

@@ -18,7 +18,8 @@
  * Step. Values of a camera or converter lie on a lattice. The difference of two neighbours is a
  * whole number of steps; a candidate is refined from small to ever larger multiples, from an
  * accuracy of 5 % to 1e-4. It is accepted when 93 % of all differences lie within an eighth of a
- * step of the lattice; by chance 25 % would. The largest believed step counts: a finer lattice of
+ * step of the lattice, by chance 25 % would, and when values 32 samples apart are on it, too. The
+ * largest believed step counts: a finer lattice of
  * written digits is inside of it.
  */
 #include <gsl/gsl_sort.h>

@@ -188,7 +188,7 @@ const char *lab_candidate_size(const lab_candidate *c)
 
 const char *lab_candidate_equation(const lab_candidate *c)
 {
-    return scales_nothing(c) ? "a number that is 0 in the file is not" : c->effect->equation;
+    return scales_nothing(c) ? "0 of the file plus change" : c->effect->equation;
 }
 
 const char *lab_effect_share(const lab_effect *effect)

@@ -23,8 +23,7 @@
 #include "search.h"
 
 enum { RENEWALS = 5, REFINEMENTS = 8, NOISES = 6 };
-static const double refined =
-    0.1; /* of the objective: a fit whose numbers are reported has ended */
+static const double refined = 0.1;    /* fall of the objective below which a reported fit ends */
 static const double same_noise = 0.1; /* relative change of noise that is none */
 static const double finer = 0.1;      /* steps where numbers are reported, in those of a search */
 static const double least_scatter = 0.01; /* sd of a refined fit [of the prior] */

@@ -439,10 +439,11 @@ stein_status diag__fit_again(diag__problem *q, diag__table *t, const diag__propo
                              stein_err *err);
 
 /** If the fit without a cause has lost long swings, the search begins with their first period and
- *  a half. What it finds is fitted over a horizon three times as long, where the search goes on,
- * and so on to the whole records. A swing whose frequency is 1 % off has another phase after fifty
- *  periods, and what is fitted to all of it at once explains phases. Until then noise is what the
- *  samples show: estimated from residuals that are far off, it hides what a cause explains.
+ *  a half. What it finds is fitted over a horizon three times as long, where the search goes on.
+ *  This is repeated up to the whole records. A pendulum whose frequency is 1 % wrong is half a
+ *  period late after fifty periods; a fit to all of them at once adapts causes to that delay.
+ *  Before the last horizon the noise is taken from the samples, not from the residuals: while the
+ *  fit is poor, those are too large and hide what a cause explains.
  *  @return OK, ENOMEM */
 stein_status diag__over_growing_horizons(diag__problem *q, diag__table *t, stein_err *err);
 /** Where stated initial states are grossly wrong they are uncertain in all rows from then on.

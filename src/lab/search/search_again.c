@@ -33,8 +33,8 @@ static diag__hypothesis testable(const diag__problem *q, diag__hypothesis h)
     return h;
 }
 
-/* The best row of each number of causes, and, if asked for, rows whose hypotheses are rivals of the
- * best one. @param rows  [CARRIED] out  @return how many */
+/* The best row of each number of causes. If `rivals`, also rows whose objective is nearly that of
+ * the best one. @param rows  [CARRIED] out  @return how many */
 static int standing(const diag__problem *q, const diag__table *t, int rivals, int *rows)
 {
     const diag__row *best = diag__incumbent(q, t);
@@ -61,7 +61,7 @@ stein_status diag__fit_again(diag__problem *q, diag__table *t, const diag__propo
                              stein_err *err)
 {
     stein_status status = STEIN_OK;
-    int rows[CARRIED + 1], longer = by == &diag__step_longer, n = standing(q, t, longer, rows);
+    int rows[CARRIED], longer = by == &diag__step_longer, n = standing(q, t, longer, rows);
     for (int k = 0; k < t->n; k++) { // rows so far have other objectives
         t->row[k]->superseded = 1;
         if (longer) { // and no derivatives behind their horizon

@@ -140,6 +140,18 @@ START_TEST(blanks_separate_cells_where_the_titles_have_no_other_separator)
 }
 END_TEST
 
+START_TEST(a_remark_below_the_titles_of_a_comment_is_kept)
+{
+    lab_data *d = open_data(write_file("remark.txt", "# key_dip and time\n# time [s],key_dip [mm]\n"
+                                                     "# made by hand\n0,1\n1,2\n2,3\n3,5\n"),
+                            action);
+    ck_assert_int_eq(d->ncolumn, 1);
+    ck_assert_int_eq(d->nnote, 2);
+    ck_assert_str_eq(d->note[1].value, "made by hand");
+    lab_data_close(d);
+}
+END_TEST
+
 START_TEST(columns_that_the_model_lacks_are_passed_over_and_reported)
 {
     lab_data *d = open_data(write_file("log.csv", "time [s],current [A],key_dip [m],state\n"
@@ -384,6 +396,7 @@ void data_forms_cases(Suite *suite)
     tcase_add_test(tc, a_record_is_read_in_every_usual_form);
     tcase_add_test(tc, times_of_events_are_read_in_every_usual_form);
     tcase_add_test(tc, blanks_separate_cells_where_the_titles_have_no_other_separator);
+    tcase_add_test(tc, a_remark_below_the_titles_of_a_comment_is_kept);
     tcase_add_test(tc, columns_that_the_model_lacks_are_passed_over_and_reported);
     tcase_add_test(tc, titles_without_a_unit_are_si_and_reported);
     tcase_add_test(tc, wrapped_angles_are_made_continuous);
