@@ -125,7 +125,8 @@ void diag__start_row(diag__row *row, const diag__row *parent, const diag__propos
         double most = fmax(diag__largest, fabs(row->x[at])); // a fit has been there
         amount = fmin(fmax(amount, -most), most);
         double least = row->p.unknown[at].least;
-        row->x[at] = fmax(amount, least > 0.0 ? least_start : 0.5 * least);
+        double lowest = least > 0.0 ? least_start : fmin(0.5 * least, row->x[at]);
+        row->x[at] = fmax(amount, lowest);
         row->x[at + 1] = isfinite(from->side[i]) ? from->side[i] : row->x[at + 1];
     }
 }

@@ -42,14 +42,15 @@ static void note_numbers(const diag__row *row, int i, double gain, lab_suspect *
     double half = half_interval(p), sd;
     s->nnumber = 0;
     s->amount = diag__amount(row, i, &sd) * c->limit;
+    double down = sd, up = sd, *to_zero = row->x[at] > 0.0 ? &down : &up;
     if (gain > diag__least_gain && fabs(row->x[at]) < diag__interval * sd) {
-        sd = fabs(row->x[at]) / sqrt(gain); // 0 is as far as the ratio of likelihoods has it
+        *to_zero = fabs(row->x[at]) / sqrt(gain); // 0 is as far as the ratio of likelihoods has it
     }
     lab_cause_number *n = next_number(s, lab_candidate_size(c), c->unit);
     n->value = s->amount;
     n->sd = sd * c->limit;
-    n->lo = n->value - half * n->sd;
-    n->hi = n->value + half * n->sd;
+    n->lo = n->value - half * down * c->limit;
+    n->hi = n->value + half * up * c->limit;
     for (int k = 0; k < LAB_SIDES && c->side[k].param >= 0; k++) {
         double own = fmin(1.0, row->sd[at + 1 + k]), x = row->x[at + 1 + k];
         n = next_number(s, c->side[k].name, c->side[k].unit);
