@@ -93,13 +93,20 @@ static inline real plain_normal(const stein__each *of, real depth, real rate)
     return stein__normal(law, 0, depth, rate);
 }
 
+/* where the points are, the normals of the lines. @return depths */
+ALWAYS real meet(const stein__group *g, const stein_pose *a, const stein_pose *b, vec2 *at, vec2 *n)
+{
+    *at = place(a, number(&g->at[0]), number(&g->at[1]));
+    *n = turn(b, number(&g->line[0]), number(&g->line[1]));
+    vec2 foot = place(b, number(&g->at[2]), number(&g->at[3]));
+    return number(&g->reach) - ((at->x - foot.x) * n->x + (at->z - foot.z) * n->z);
+}
+
 ALWAYS void contact_forces(const stein__group *g, stein__contact_record *record)
 {
     stein_pose a = poses(g, 0), b = poses(g, 1);
-    vec2 at = place(&a, number(&g->at[0]), number(&g->at[1]));
-    vec2 foot = place(&b, number(&g->at[2]), number(&g->at[3]));
-    vec2 n = turn(&b, number(&g->line[0]), number(&g->line[1]));
-    real depth = number(&g->reach) - ((at.x - foot.x) * n.x + (at.z - foot.z) * n.z);
+    vec2 at, n;
+    real depth = meet(g, &a, &b, &at, &n);
 
     vec2 arm = arm_to(&a, at), arm1 = arm_to(&b, at);
     vec2 va = velocity_at(&a, arm), vb = velocity_at(&b, arm1), v = {va.x - vb.x, va.z - vb.z};
@@ -140,9 +147,11 @@ ALWAYS void contact_forces(const stein__group *g, stein__contact_record *record)
 #if STEIN_LANES == 2
 #define CONTACT_FORCES          stein__contact_forces2
 #define CONTACT_FORCES_RECORDED stein__contact_forces2_recorded
+#define CONTACT_DEPTHS          stein__contact_depths2
 #else
 #define CONTACT_FORCES          stein__contact_forces4
 #define CONTACT_FORCES_RECORDED stein__contact_forces4_recorded
+#define CONTACT_DEPTHS          stein__contact_depths4
 #endif
 
 void CONTACT_FORCES(const stein__group *g)
@@ -153,4 +162,11 @@ void CONTACT_FORCES(const stein__group *g)
 void CONTACT_FORCES_RECORDED(const stein__group *g, stein__contact_record *record)
 {
     contact_forces(g, record);
+}
+
+void CONTACT_DEPTHS(const stein__group *g, stein__each *depth)
+{
+    stein_pose a = poses(g, 0), b = poses(g, 1);
+    vec2 at, n;
+    put(depth, meet(g, &a, &b, &at, &n));
 }

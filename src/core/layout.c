@@ -118,6 +118,14 @@ static void carve_sticks(stein__sticks *s, arena *a, const stein_model *m)
     s->done = carve(a, (size_t)n);
 }
 
+#if STEIN_LANES == 1
+static void carve_places(places *p, arena *a, int n)
+{
+    p->one = carve(a, sizeof *p->one * (size_t)n);
+    p->group = carve(a, sizeof *p->group * (size_t)n);
+}
+#endif
+
 static void carve_all(stein_sim *s, arena *a, const stein_model *m)
 {
     int nq = m->nq;
@@ -133,8 +141,8 @@ static void carve_all(stein_sim *s, arena *a, const stein_model *m)
     s->nsite = m->nspot + NOTCH_REGION * m->nnotch;
     s->site = carve(a, sizeof *s->site * (size_t)s->nsite);
 #if STEIN_LANES == 1
-    s->active = carve(a, sizeof *s->active * (size_t)s->nsite);
-    s->group = carve(a, sizeof *s->group * (size_t)s->nsite);
+    carve_places(&s->active, a, s->nsite);
+    carve_places(&s->apart, a, m->nspot);
     s->as_of = carve(a, (size_t)s->nguard);
 #endif
     s->qdd = reals(a, nq);

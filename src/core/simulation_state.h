@@ -181,6 +181,13 @@ typedef struct stein__sticks {
     int off;                   /* 1: nothing sticks or rubs where it could stick (equilibrium.c) */
 } stein__sticks;
 
+/** Sites in order, plain ones that follow each other in groups. */
+typedef struct places {
+    int *one; /* [n] a site, or -1: the next group */
+    int n;
+    stein__group *group;
+} places;
+
 /** How implicit steps are made (implicit.c). */
 typedef struct stein__implicit {
     stein_status (*trial)(stein_sim *sim, double h, stein_err *err); /* as stein__trial */
@@ -223,10 +230,9 @@ struct stein_sim {
     site *site; /* [nsite] spots, then three a notch: tip, corner, face */
     int nsite;
     stein__contact_kernel kernel; /* forces of plain sites */
-    int *active; /* [nactive] contacts that are on, in order: a site, or -1: the next group */
-    int nactive; /* -1: not known */
-    stein__group *group;  /* [nsite] */
-    unsigned char *as_of; /* [nguard] the modes that this belongs to */
+    places active;                /* contacts that are on; n is -1: not known */
+    places apart;                 /* spots that are not */
+    unsigned char *as_of;         /* [nguard] the modes that this belongs to */
 
     /* result of the last evaluation (stein__evaluate) */
     real *qdd;        /* [nq] */
