@@ -150,13 +150,9 @@ static void site_force(stein_sim *sim, int i)
     contact_force_at(sim, s, 1, &m, is);
 }
 
-/* plain ones, and at the end of a step what they did */
-static void group_forces(stein_sim *sim, const stein__group *g)
+/* plain ones, and what they did */
+static void recorded_forces(stein_sim *sim, const stein__group *g)
 {
-    if (sim->inside == IN_STAGE) {
-        sim->kernel.forces(g);
-        return;
-    }
     stein__contact_record did;
     sim->kernel.forces_recorded(g, &did);
     for (int k = 0; k < g->n; k++) {
@@ -190,10 +186,12 @@ void stein__site_forces(stein_sim *sim)
     }
     for (int k = 0; k < sim->active.n; k++) {
         int i = sim->active.one[k];
-        if (i < 0) {
-            group_forces(sim, g++);
-        } else {
+        if (i >= 0) {
             site_force(sim, i);
+        } else if (sim->inside == IN_STAGE) {
+            sim->kernel.forces(g++);
+        } else {
+            recorded_forces(sim, g++);
         }
     }
 }

@@ -112,7 +112,7 @@ static void combine(const stein_sim *sim, const double *w, int n, real h, const 
 }
 
 /* the derivative {qd, qdd} at the state in x into stage i */
-static stein_status derive(stein_sim *sim, int i, real t, stein_err *err)
+ALWAYS stein_status derive(stein_sim *sim, int i, real t, stein_err *err)
 {
     real *k = sim->k + i * sim->width;
 #if STEIN_LANES == 1
