@@ -160,14 +160,11 @@ static inline void copy(real *restrict to, const real *restrict from, int n)
     }
 }
 
+/* n numbers and up to three more behind them */
 static inline void clear(real *x, int n)
 {
-    int j = 0;
-    for (; j + 3 < n; j += 4) {
-        memset(x + j, 0, 4 * sizeof *x);
-    }
-    for (; j < n; j++) {
-        x[j] = same(0.0);
+    for (; n > 0; n -= 4, x += 4) {
+        memset(x, 0, 4 * sizeof *x);
     }
 }
 

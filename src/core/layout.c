@@ -149,12 +149,12 @@ static void carve_all(stein_sim *s, arena *a, const stein_model *m)
     s->guard = reals(a, s->nswitch);
     s->spot = carve(a, sizeof *s->spot * (size_t)m->nspot);
     s->beak = carve(a, sizeof *s->beak * (size_t)m->nnotch);
-    s->Q = reals(a, nq);
+    s->Q = reals(a, nq + 3); // as clear() needs it
     s->pose = behind_first(a, sizeof *s->pose, m->nframe);
     s->touch = carve(a, sizeof *s->touch * (size_t)s->nsite);
     s->slip = reals(a, s->nsite + nq);
     s->grip = reals(a, s->nsite + nq);
-    s->wrench = behind_first(a, sizeof *s->wrench, m->nframe);
+    s->wrench = behind_first(a, sizeof *s->wrench, m->nframe + 1); // likewise
     s->pose3 = behind_first(a, sizeof *s->pose3, m->npose3);
     s->wrench3 = behind_first(a, sizeof *s->wrench3, m->npose3);
     s->touch3 = carve(a, sizeof *s->touch3 * (size_t)(m->npose3 > 0 ? m->nspot : 0));
