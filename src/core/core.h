@@ -458,8 +458,10 @@ stein_status stein__run_controlled(stein_sim *sim, double t_end, stein_pace *pac
 void stein__pace_end(stein_sim *sim, stein_pace *pace, double t_end);
 /* ENONFINITE where the end of the trial step of h is no number */
 stein_status stein__check_finite(stein_sim *sim, double h, stein_err *err);
+/* step_remainder.c: what touches where a step begins, out of the way of its evaluations */
+void stein__keep_touches(stein_sim *sim);
 /* step_remainder.c: an abrupt trial step to `target`, if it is too long for a contact: *taken,
- * implicitly. Else it stays as it is, and the forces are not those of its end (KNOWN). lost: its
+ * implicitly. Else it stays as it is, and the forces are not those of its end (TOLD). lost: its
  * end is no number.
  * @return as stein__take_rest */
 stein_status stein__take_abrupt(stein_sim *sim, double target, int lost, int *taken,

@@ -152,6 +152,7 @@ static void carve_all(stein_sim *s, arena *a, const stein_model *m)
     s->Q = reals(a, nq + 3); // as clear() needs it
     s->pose = behind_first(a, sizeof *s->pose, m->nframe);
     s->touch = carve(a, sizeof *s->touch * (size_t)s->nsite);
+    s->begin = carve(a, sizeof *s->begin * (size_t)s->nsite);
     s->slip = reals(a, s->nsite + nq);
     s->grip = reals(a, s->nsite + nq);
     s->wrench = behind_first(a, sizeof *s->wrench, m->nframe + 1); // likewise

@@ -24,8 +24,9 @@ typedef real some;
 #endif
 enum { STEIN__SUMS = 4 * sizeof(some) / sizeof(real) };
 
-/* of the last evaluation nothing, qdd alone, or all of it belongs to the current state */
-enum { STALE, KNOWN, FRESH };
+/* of the last evaluation nothing, qdd alone, qdd and touches, or all of it belongs to the current
+ * state */
+enum { STALE, KNOWN, TOLD, FRESH };
 
 /* Where an evaluation is in a step. INSIDE: guards and gaps of places that are apart are left out.
  * IN_STAGE, a stage of a trial step: the forces of single places are left out, too. */
@@ -235,13 +236,13 @@ struct stein_sim {
     unsigned char *as_of;         /* [nguard] the modes that this belongs to */
 
     /* result of the last evaluation (stein__evaluate) */
-    real *qdd;        /* [nq] */
-    real *guard;      /* [nswitch] */
-    spot_force *spot; /* [nspot] */
-    spot_force *beak; /* [nnotch] resultant; gap holds the overlap s [m] */
-    real *Q;          /* [nq] */
-    int fresh;        /* what of the above belongs to the current state: STALE, KNOWN, FRESH */
-    long long trials; /* of steps of controlled error, since it was created */
+    real *qdd;                 /* [nq] */
+    real *guard;               /* [nswitch] */
+    spot_force *spot;          /* [nspot] */
+    spot_force *beak;          /* [nnotch] resultant; gap holds the overlap s [m] */
+    real *Q;                   /* [nq] */
+    int fresh;                 /* what of the above belongs to the current state: STALE .. FRESH */
+    long long trials;          /* of steps of controlled error, since it was created */
     stein_step_counts counts;  /* those that were taken */
     stein__implicit *implicit; /* NULL: none */
     place_in_step inside;
@@ -251,6 +252,8 @@ struct stein_sim {
     stein_pose *pose; /* [nframe], and at -1 that of the fixed frame */
     touch *touch;     /* [ntouch], up to nsite */
     int ntouch;
+    touch *begin; /* [nbegin] where a fixed step began; nbegin is -1: not known */
+    int nbegin;
     real *slip, *grip;            /* u = v / vt of touches, then of acting joints, and its tanh */
     wrench *wrench;               /* [nframe], and at -1 what is not asked for */
     stein_pose3 *pose3;           /* [npose3], and at -1 that of the fixed frame */
