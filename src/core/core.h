@@ -210,7 +210,16 @@ enum { STEIN__FREE = -1, STEIN__HELD = -2 };
 int stein__driver_of(const stein_sim *sim, int joint);
 int stein__is_driven(const stein_sim *sim, int joint);
 /* stein__drive from a state {q, qd}; the simulation's own joints onto their signals, now */
-void stein__drive_from(stein_sim *sim, double t, const double *q, const double *qd);
+static inline void stein__drive_from(stein_sim *sim, double t, const double *q, const double *qd)
+{
+    if (q != sim->xq) {
+        copy(sim->xq, q, sim->model->nq);
+        copy(sim->xqd, qd, sim->model->nq);
+    }
+    if (sim->signals) {
+        stein__drive(sim, t);
+    }
+}
 void stein__place_driven(stein_sim *sim);
 #endif
 
