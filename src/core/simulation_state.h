@@ -16,7 +16,7 @@ enum { NOTCH_TIP, NOTCH_CORNER, NOTCH_FACE, NOTCH_REGION, NOTCH_GUARDS };
 /* numbers that a register holds: alone two, in lanes one of each lane; four registers are a block
  */
 #if STEIN_LANES == 1
-typedef double some __attribute__((vector_size(16)));
+typedef double some __attribute__((vector_size(16), aligned(8)));
 #define SOME(x) ((some){x, x})
 #else
 typedef real some;
@@ -266,8 +266,9 @@ struct stein_sim {
     real *ustate;                 /* [3*ninput] signals at the last evaluation */
     real *px, *pv, *pJ, *pa;      /* points */
     int width;                    /* 2*nq rounded up: a state {q, qd} in blocks of STEIN__SUMS */
-    real *y0, *y1;                /* [width] trial step: where it began, its end */
-    real *k;                      /* [7*width] its derivatives {qd, qdd}: stages, end */
+    int stride;                   /* of rows {q, qd, qdd}, nq + width */
+    real *y0;                     /* [7*stride] trial step: where it began, stages, its end */
+    real *k;                      /* the derivatives {qd, qdd} in these rows */
     real *q1, *qd1, *qdd0, *qdd1; /* [nq] parts of them: end, derivatives at both ends */
     real *q0, *qd0;               /* [nq] where it began */
     real *e;                      /* [width] its error */
