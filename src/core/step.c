@@ -468,7 +468,7 @@ static stein_status substep_in_chart(stein_sim *sim, double target, int n, stein
 static stein_status substep(stein_sim *sim, double target, int n, stein_err *err)
 {
     stein_status status = substep_in_chart(sim, target, n, err);
-    if (status == STEIN_OK) {
+    if (status == STEIN_OK && sim->model->nball > 0) {
         (void)stein__rechart(sim);
     }
     return status;
