@@ -26,6 +26,9 @@ static double amount(const answer *a, const effect *e)
         int of = e->kind->offset != N_C || a->m->number[law + N_C].stated ? e->kind->offset : N_B;
         return log(a->p[law + of] / a->m->number[law + of].file);
     }
+    if (e->kind->site == 's' && e->kind->offset == S_OFFSET) {
+        return a->p[a->m->channel[e->index].law + S_OFFSET]; // with the error that it had before
+    }
     return e->size;
 }
 

@@ -226,6 +226,7 @@ static void add_joint(build *b, const lab_effect *e, int j)
     }
     c->joint = j;
     set_limit(b, c, lab__joint_limit(e->kind, &b->s, j));
+    c->reducible = e->both_signs ? 0.0 : fmax(0.0, b->m->params[c->param[0]].value);
     c->start *= strcmp(e->kind, "quadratic_drag") == 0     ? 0.1
                 : strcmp(e->kind, "viscous_friction") == 0 ? 0.3
                                                            : 1.0;

@@ -366,6 +366,9 @@ int diag__has_tolerance(const diag__problem *q, int param);
 int diag__is_tolerated(const diag__problem *q, int cause);
 /** Does it act like what differs from record to record by itself? */
 int diag__scatters(const diag__problem *q, int cause);
+/** The largest amount of a candidate [limits]: instruments are scaled, and numbers of a file are
+ * mistyped, taken from the wrong end or in another unit. */
+double diag__most_amount(const lab_candidate *c);
 /** Is the amount of a candidate of a possible sign and size? */
 int diag__thinkable(const lab_candidate *c, double amount);
 /** The same of cause i of a row, whose amount may be ten times as large if the row leaves noise. */

@@ -80,11 +80,17 @@ int diag__is_far_off(const diag__row *row)
     return row == NULL || (row->chi2_dof > diag__seven_noises && row->relative > diag__followed);
 }
 
+double diag__most_amount(const lab_candidate *c)
+{
+    lab_site at = c->effect->site;
+    int written = at == LAB_AT_PARAMETER || (at == LAB_AT_BODY && c->effect->needs == NULL);
+    return written || at == LAB_AT_CLOCK || at == LAB_AT_CHANNEL ? diag__largest_read
+                                                                 : diag__largest;
+}
+
 int diag__thinkable(const lab_candidate *c, double amount)
 {
-    int read = c->effect->site == LAB_AT_CLOCK || c->effect->site == LAB_AT_CHANNEL;
-    double most = read ? diag__largest_read : diag__largest;
-    return fabs(amount) <= most && (lab_candidate_is_signed(c) || amount > 0.0);
+    return fabs(amount) <= diag__most_amount(c) && (lab_candidate_is_signed(c) || amount > 0.0);
 }
 
 int diag__amount_is_possible(const diag__problem *q, const diag__row *row, int i)
