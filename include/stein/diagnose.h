@@ -98,7 +98,7 @@ typedef struct lab_candidate {
     const char *unit;             /* of the amount */
     lab_side side[LAB_SIDES];
     double limit;       /* plausible largest amount */
-    double reducible;   /* number of the file that an amount below 0 reduces; 0: none */
+    double number;      /* size of the file's number that it changes; 0: there is none */
     double start;       /* first secant, a share of the limit */
     int joint, channel; /* of its place, -1: none */
     /* records in which it acts, by lab_data.number: all (from 0), one (until = from), from one on

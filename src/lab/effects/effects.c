@@ -178,7 +178,7 @@ static int scales_nothing(const lab_candidate *c)
 
 int lab_candidate_is_signed(const lab_candidate *c)
 {
-    return (c->effect->both_signs && !scales_nothing(c)) || c->reducible > 0.0;
+    return (c->effect->both_signs && !scales_nothing(c)) || c->number > 0.0;
 }
 
 const char *lab_candidate_size(const lab_candidate *c)

@@ -122,7 +122,8 @@ void diag__start_row(diag__row *row, const diag__row *parent, const diag__propos
     for (int i = 0; i < row->h.n; i++) {
         int at = diag__unknown_at(row, i);
         double amount = isfinite(from->amount[i]) ? from->amount[i] : row->x[at];
-        double most = fmax(diag__most_amount(&row->cause[i]), fabs(row->x[at])); // a fit has been there
+        double most =
+            fmax(diag__most_amount(&row->cause[i]), fabs(row->x[at])); // a fit has been there
         amount = fmin(fmax(amount, -most), most);
         double least = row->p.unknown[at].least;
         double lowest = least > 0.0 ? least_start : fmin(0.5 * least, row->x[at]);

@@ -257,6 +257,9 @@ stein_status diag__over_growing_horizons(diag__problem *q, diag__table *t, stein
     lost->superseded = 1;
     fit__limit(&q->null, until);
     stein_status status = diag__try(q, t, &null, &row, err);
+    if (status == STEIN_OK && diag__is_far_off(row)) {
+        status = diag__try_factors(q, t, err);
+    }
     status = status == STEIN_OK ? diag__expand_all(q, t, err) : status;
     while (status == STEIN_OK && isfinite(until) && !diag__is_spent(q)) {
         until = until * growth * growth < whole ? until * growth : (double)INFINITY;

@@ -80,12 +80,22 @@ int diag__is_far_off(const diag__row *row)
     return row == NULL || (row->chi2_dof > diag__seven_noises && row->relative > diag__followed);
 }
 
+/* may it be wrong by a mistake? */
+static int is_mistakable(const lab_candidate *c)
+{
+    return c->number > 0.0 || c->effect->site == LAB_AT_CLOCK || c->effect->site == LAB_AT_CHANNEL;
+}
+
 double diag__most_amount(const lab_candidate *c)
 {
-    lab_site at = c->effect->site;
-    int written = at == LAB_AT_PARAMETER || (at == LAB_AT_BODY && c->effect->needs == NULL);
-    return written || at == LAB_AT_CLOCK || at == LAB_AT_CHANNEL ? diag__largest_read
-                                                                 : diag__largest;
+    double tenfold = (diag__largest_read - 1.0) * c->number / c->limit;
+    return is_mistakable(c) ? fmax(diag__largest_read, tenfold) : diag__largest;
+}
+
+double diag__mistake(const lab_candidate *c, double amount)
+{
+    double normal = amount * amount;
+    return is_mistakable(c) ? fmin(0.0, 2.0 * stein__log_of(1.0 + normal) - normal) : 0.0;
 }
 
 int diag__thinkable(const lab_candidate *c, double amount)
