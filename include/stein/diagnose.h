@@ -127,6 +127,9 @@ void lab_candidate_apply(const lab_candidate *candidate, double amount, double *
 /** May its amount be negative? An effect that changes a number of the file may reduce it, as a
  *  damping; where that number is 0, it can only add. */
 int lab_candidate_is_signed(const lab_candidate *candidate);
+/** May it be wrong by a mistake? A number of the file is mistyped or taken from the wrong end, an
+ *  instrument scaled for another purpose: its amount may be many limits large. */
+int lab_candidate_is_mistakable(const lab_candidate *candidate);
 /** Name of its amount, and its equation. Where the file's number is 0, an effect that would scale
  * it has no logarithm: its amount is the "change" of the number. */
 const char *lab_candidate_size(const lab_candidate *candidate);

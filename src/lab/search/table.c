@@ -80,22 +80,15 @@ int diag__is_far_off(const diag__row *row)
     return row == NULL || (row->chi2_dof > diag__seven_noises && row->relative > diag__followed);
 }
 
-/* may it be wrong by a mistake? */
-static int is_mistakable(const lab_candidate *c)
-{
-    return c->number > 0.0 || c->effect->site == LAB_AT_CLOCK || c->effect->site == LAB_AT_CHANNEL;
-}
-
 double diag__most_amount(const lab_candidate *c)
 {
     double tenfold = (diag__largest_read - 1.0) * c->number / c->limit;
-    return is_mistakable(c) ? fmax(diag__largest_read, tenfold) : diag__largest;
+    return lab_candidate_is_mistakable(c) ? fmax(diag__largest_read, tenfold) : diag__largest;
 }
 
 double diag__mistake(const lab_candidate *c, double amount)
 {
-    double normal = amount * amount;
-    return is_mistakable(c) ? fmin(0.0, 2.0 * stein__log_of(1.0 + normal) - normal) : 0.0;
+    return lab_candidate_is_mistakable(c) ? fit__long_tail(amount) - amount * amount : 0.0;
 }
 
 int diag__thinkable(const lab_candidate *c, double amount)
