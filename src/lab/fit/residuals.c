@@ -110,14 +110,19 @@ int fit__noise_given(const fit__problem *p)
     return 1;
 }
 
+/* an amount beyond that is a mistake */
+static const double normal_to = 3.0;
+
 double fit__long_tail(double x)
 {
-    return fmin(x * x, 2.0 * stein__log_of(1.0 + x * x));
+    double square = x * x, edge = normal_to * normal_to;
+    return square > edge ? edge * (1.0 + stein__log_of(square / edge)) : square;
 }
 
-double fit__prior_weight(const fit__unknown *u, double x)
+double fit__prior_weight(const fit__unknown *u, double x, double tempered)
 {
-    return u->mistake && fit__long_tail(x) < x * x ? 2.0 / (1.0 + x * x) : 1.0;
+    double edge = normal_to * normal_to;
+    return !u->mistake ? tempered : x * x > edge ? edge / (x * x) : 1.0;
 }
 
 double fit__priors(const fit__problem *p, const double *x)

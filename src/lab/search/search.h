@@ -379,7 +379,7 @@ int diag__scatters(const diag__problem *q, int cause);
  * mistyped, taken from the wrong end or in another unit, up to tenfold. */
 double diag__most_amount(const lab_candidate *c);
 /** What a large amount a of such a candidate costs less than by the normal prior of a fit: its
- * prior has the tails of Cauchy's, -2 ln p = 2 ln(1 + a^2). @return <= 0 */
+ * prior has long tails (fit__long_tail). @return <= 0 */
 double diag__mistake(const lab_candidate *c, double amount);
 /** Is the amount of a candidate of a possible sign and size? */
 int diag__thinkable(const lab_candidate *c, double amount);
