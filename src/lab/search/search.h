@@ -280,9 +280,9 @@ stein_status diag__try_each(diag__problem *q, diag__table *t, stein_err *err);
 
 /* ---- wrong_factor.c ---- */
 
-/** Single numbers of the file that are far off, over the horizon of the problem. @return OK, ENOMEM
- */
-stein_status diag__try_factors(diag__problem *q, diag__table *t, stein_err *err);
+/** Single numbers of the file that are far off, where the null row is, over the horizon of the
+ *  problem. @param step  every step-th factor is tried  @return OK, ENOMEM */
+stein_status diag__try_factors(diag__problem *q, diag__table *t, int step, stein_err *err);
 
 /* ---- descend.c ---- */
 

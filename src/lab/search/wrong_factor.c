@@ -4,7 +4,8 @@
  *
  * A swing with a wrong rate leaves its records within a period, whatever else is right. From there
  * neither a linear model nor a fit finds the way back. So each number of the file is tried at some
- * factors of itself over the first swings, without a fit. The best ones are fitted from there.
+ * factors of itself, over the first swings where there are many, without a fit. The best ones are
+ * fitted from there.
  */
 #include <math.h>
 
@@ -23,14 +24,15 @@ static double number_of(const diag__problem *q, const lab_candidate *c)
     return c->number > 0.0 && adds ? lab_parameters(q->model)[c->param[0]] : 0.0;
 }
 
-/* the factor of candidate k that leaves least, into a proposal. @param least  chi2 out */
-static stein_status best_factor(diag__problem *q, int k, double value, diag__proposal *best,
-                                double *least, stein_err *err)
+/* the factor of candidate k that leaves least, into a proposal. @param step  every step-th is tried
+ * @param least  chi2 out */
+static stein_status best_factor(diag__problem *q, int k, double value, int step,
+                                diag__proposal *best, double *least, stein_err *err)
 {
     const lab_candidate *c = &q->candidate[k];
     stein_status status = STEIN_OK;
     *least = INFINITY;
-    for (int i = 0; i < FACTORS && status == STEIN_OK && !diag__is_spent(q); i++) {
+    for (int i = 0; i < FACTORS && status == STEIN_OK && !diag__is_spent(q); i += step) {
         diag__proposal p = {.h = {.n = 1, .cause = {k}}, .parent = -1, .by = &diag__step_factor};
         double chi2;
         p.amount[0] = (factor[i] - 1.0) * value / c->limit;
@@ -47,17 +49,17 @@ static stein_status best_factor(diag__problem *q, int k, double value, diag__pro
     return status;
 }
 
-stein_status diag__try_factors(diag__problem *q, diag__table *t, stein_err *err)
+stein_status diag__try_factors(diag__problem *q, diag__table *t, int step, stein_err *err)
 {
     const diag__row *null = diag__best(q, t, 0);
     diag__ranked list[DIAG_COLUMNS];
     diag__proposal best[DIAG_COLUMNS];
     stein_status status = STEIN_OK;
-    int n = 0;
-    for (int k = 0; k < q->n && n < DIAG_COLUMNS && status == STEIN_OK; k++) {
+    int n = 0, far = null != NULL && null->chi2_dof > diag__seven_noises;
+    for (int k = 0; far && k < q->n && n < DIAG_COLUMNS && status == STEIN_OK; k++) {
         double value = q->untestable[k] == NULL ? number_of(q, &q->candidate[k]) : 0.0, least;
-        if (null != NULL && fabs(value) > 0.0) {
-            status = best_factor(q, k, value, &best[n], &least, err);
+        if (fabs(value) > 0.0) {
+            status = best_factor(q, k, value, step, &best[n], &least, err);
             list[n] = (diag__ranked){n, -1, least};
             n += isfinite(least);
         }
