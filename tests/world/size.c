@@ -352,6 +352,18 @@ double size_of(sizer *z, const mech *m, const double *p)
     return isfinite(now) ? sqrt(sum / c->rows) : (double)NAN;
 }
 
+double size_change(sizer *z, const double *p)
+{
+    double sum = 0.0;
+    if (shoot_all(&z->f, p, z->other) != 0) {
+        return NAN;
+    }
+    for (int k = 0; k < z->c.rows; k++) {
+        sum += (z->other[k] - z->base[k]) * (z->other[k] - z->base[k]);
+    }
+    return sqrt(sum / z->c.rows);
+}
+
 static void note_input_noise(sizer *z)
 {
     enum { DRAWS = 3 };
