@@ -112,7 +112,7 @@ if unzip -Zv "$dir/stein1788-2.fmu" | grep 'minimum software version required' |
 
 # names that two things of the file have
 sed 's/^  rate: /  push: /' models/pendulum.yaml >"$dir/twice.yaml"
-claim 0 "an input and an output of one name" "$stein" export "$dir/twice.yaml" -o "$dir/twice.fmu"
+claim 0 "an input and an output of one name" env CC="$dir/quick-cc" XDG_CACHE_HOME="$dir/kept" "$stein" export "$dir/twice.yaml" -o "$dir/twice.fmu"
 unzip -p "$dir/twice.fmu" modelDescription.xml >"$dir/twice.xml"
 if grep -q '<Float64 name="push" .*causality="output"' "$dir/twice.xml" && grep -q '<Float64 name="input.push" .*causality="input"' "$dir/twice.xml"; then pass; else
     fail "have two names"; fi
@@ -137,7 +137,7 @@ outputs:
 regulation:
   cart.mass: {from: 1 kg, to: 3 kg}
 EOF
-claim 0 "an FMU of a cart" "$stein" export "$dir/cart.yaml" -o "$dir/cart.fmu"
+claim 0 "an FMU of a cart" env CC="$dir/quick-cc" XDG_CACHE_HOME="$dir/kept" "$stein" export "$dir/cart.yaml" -o "$dir/cart.fmu"
 unzip -p "$dir/cart.fmu" modelDescription.xml >"$dir/cart.xml"
 while IFS='|' read -r name words; do
     shows "$name is described" "name=\"$name\" valueReference=\"[0-9]*\" description=\"$words\"" "$dir/cart.xml"
