@@ -60,7 +60,7 @@ SEED   ?= 1
 THREADS ?= 1
 HIDDEN  = $(B)/hidden $(1) --build $(B) --draws $(DRAWS) --levels $(LEVELS) --seed $(SEED) $(if $(RECORD),--record $(RECORD)) \
           $(if $(WORLD),--world $(WORLD)) $(if $(ONLY),--only $(ONLY)) $(if $(LIMIT),--limit $(LIMIT))
-hidden: deps  ## effects hidden in data, diagnosed blindly: DRAWS=200 LEVELS=null,L1,L2,L3,L1x2,X1,T1 SEED=1 THREADS=1; WORLD=any (any mechanism) LEVELS=null,small,clear,gross,two,law,wrong ONLY=mechanism LIMIT=seconds
+hidden: deps  ## effects hidden in data, diagnosed blindly: DRAWS=200 LEVELS=null,L1,L2,L3,L1x2,X1,T1 SEED=1 THREADS=1; WORLD=any (any mechanism) LEVELS=null,small,clear,gross,two,law,wrong,mistake ONLY=mechanism LIMIT=seconds
 	$(Q)$(MAKE) --no-print-directory all $(B)/reality $(B)/world $(B)/hidden
 	$(Q)$(call HIDDEN,run) --jobs $(JOBS) --threads $(THREADS)
 hidden-readme: $(B)/hidden  ## put the table of the last `make hidden` into docs/validation.md

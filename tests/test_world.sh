@@ -59,7 +59,7 @@ laws key_hammer 1e-5 7
 
 # ---- sets
 draw() { "$world" draw --level "$1" --seed "$2" -o "$dir/$3" --answer "$dir/$3.json" >"$dir/out" 2>"$dir/err"; }
-for level in null small clear gross two law wrong; do
+for level in null small clear gross two law wrong mistake; do
     draw $level 14 $level
     ok "a set of level $level is made" $?
     [ -f "$dir/$level/fit_01.csv" ] && "$stein" check "$dir/$level/model.yaml" >"$dir/out" 2>"$dir/err"
