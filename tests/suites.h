@@ -60,6 +60,7 @@
     X(judge)         \
     X(hypotheses)    \
     X(search)        \
+    X(mistakes)      \
     X(odd_records)   \
     X(coupling)      \
     X(posed)         \

@@ -64,9 +64,37 @@ static stein_status look(job *j, stein_err *err)
 
 /* ---- results ---- */
 
+/* the lines of one audit */
+typedef struct lines {
+    const job *j;
+    int record;
+} lines;
+
+static int finds(const lab_audit *a, const char *text)
+{
+    int k = 0;
+    while (k < a->nfinding && strcmp(a->finding[k], text) != 0) {
+        k++;
+    }
+    return k < a->nfinding;
+}
+
+/* a finding of several records is printed once, below the first of them */
 static void put_line(void *ctx, const char *line)
 {
-    fprintf(ctx, "%s\n", line);
+    static const char mark[] = "  ! ";
+    const lines *l = ctx;
+    const char *text = strncmp(line, mark, strlen(mark)) == 0 ? line + strlen(mark) : NULL;
+    int before = 0, more = 0;
+    for (int i = 0; text != NULL && i < l->j->data->n; i++) {
+        before += i < l->record && finds(l->j->audit[i], text);
+        more += i > l->record && finds(l->j->audit[i], text);
+    }
+    if (before == 0 && more > 0) {
+        printf("%s (and in %d record%s more)\n", line, more, more == 1 ? "" : "s");
+    } else if (before == 0) {
+        printf("%s\n", line);
+    }
 }
 
 static stein_status print_text(const job *j, stein_err *err)
@@ -74,7 +102,8 @@ static stein_status print_text(const job *j, stein_err *err)
     stein_status status = STEIN_OK;
     printf("\ndata (%d record%s)\n", j->data->n, j->data->n == 1 ? "" : "s");
     for (int i = 0; status == STEIN_OK && i < j->data->n; i++) {
-        status = lab_audit_text(j->audit[i], put_line, stdout, err);
+        lines l = {j, i};
+        status = lab_audit_text(j->audit[i], put_line, &l, err);
     }
     printf("\nsuspicions (%d)\n", j->doubts->n);
     for (int i = 0; i < j->doubts->n; i++) {

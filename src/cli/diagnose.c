@@ -390,24 +390,29 @@ static int compute(job *j)
     return status == STEIN_OK ? CLI_OK : cli_failed(status, &err);
 }
 
+/* Is the result no diagnosis? The reason is told once: the summary has it, and with --json there is
+ * none. */
+static int tell_failure(const job *j)
+{
+    const lab_diagnosis *d = j->diagnosis;
+    int distrusted = d->verified.done && !d->verified.same;
+    int unusable = d->verdict == LAB_VERDICT_UNUSABLE_MODEL;
+    if (!distrusted && !unusable && d->verdict != LAB_VERDICT_NOT_CONVERGED) {
+        return CLI_OK;
+    }
+    int json = cli_value(j->args, "json") != NULL;
+    fprintf(stderr, "stein: %s%s%s\n", lab_verdict_text(d->verdict), json ? ": " : "",
+            json ? d->reason : "");
+    return unusable && !distrusted ? CLI_FAILED : CLI_NUMERICAL;
+}
+
 static int show(const job *j)
 {
     if (cli_value(j->args, "json") == NULL) {
         cli_summary(lab_equations(j->model)->name, j->diagnosis);
     }
     int code = write_results(j);
-    int distrusted = j->diagnosis->verified.done && !j->diagnosis->verified.same;
-    if (code == CLI_OK && (distrusted || j->diagnosis->verdict == LAB_VERDICT_NOT_CONVERGED)) {
-        fprintf(stderr, "stein: %s: %s\n", lab_verdict_text(j->diagnosis->verdict),
-                j->diagnosis->reason);
-        code = CLI_NUMERICAL;
-    }
-    if (code == CLI_OK && j->diagnosis->verdict == LAB_VERDICT_UNUSABLE_MODEL) {
-        fprintf(stderr, "stein: %s: %s\n", lab_verdict_text(j->diagnosis->verdict),
-                j->diagnosis->reason);
-        code = CLI_FAILED;
-    }
-    return code;
+    return code == CLI_OK ? tell_failure(j) : code;
 }
 
 static int run_job(job *j)

@@ -21,7 +21,7 @@
 
 static const double degree = 3.14159265358979323846 / 180.0;
 
-enum { MAX_EXPONENT = 20, MAX_DIGITS = 60, UNIT_NAME = 8 };
+enum { MAX_EXPONENT = 20, MAX_DIGITS = 60, MAX_PARTS = 4, SPELLED = 60 };
 
 typedef struct unit {
     const char *name;
@@ -97,44 +97,106 @@ static size_t unit_word(const char *s)
     return n;
 }
 
-/** The two units whose names a word consists of: {"N", "m"} of "Nm". @return length of the first, 0
- */
-static size_t two_units(const char *s, size_t n, const unit **first, const unit **second)
-{
-    for (size_t i = 1; i < n; i++) {
-        *first = find_unit(s, i);
-        *second = find_unit(s + i, n - i);
-        if (*first && *second) {
-            return i;
-        }
-    }
-    return 0;
-}
-
 static int same_kind(const unit *a, const unit *b)
 {
     return a->kg == b->kg && a->m == b->m && a->s == b->s && a->rad == b->rad;
 }
 
-/** "Nm" is meant as "N m", "gg" as "g" (two masses are no product), "KG" as "kg". */
-static void unknown_unit(const char *s, size_t n, char why[MECH__WHY])
+/** The units whose names a word consists of: "N", "m", "s" of "Nms". The first one is as long as
+ *  possible, the others are short, and no two of a kind are neighbours: "mNm" is mN m, "Nmm" is
+ *  N mm. @return their number, 0: none */
+static int split_units(const char *s, size_t n, const unit *before, const unit *part[MAX_PARTS],
+                       int count)
 {
-    char word[32] = "";
+    for (size_t k = 1; k <= n && count < MAX_PARTS; k++) {
+        size_t length = before ? k : n + 1 - k;
+        const unit *u = find_unit(s, length);
+
+        if (!u || (before && same_kind(before, u))) {
+            continue;
+        }
+        part[count] = u;
+        if (length == n) {
+            return count + 1;
+        }
+        int all = split_units(s + length, n - length, u, part, count + 1);
+
+        if (all > 0) {
+            return all;
+        }
+    }
+    return 0;
+}
+
+/** Letters of "cm2", a power that lacks its "^"; 0: it is none. Names have a point, "m2.mass". */
+static size_t bare_power(const char *s)
+{
+    const unit *part[MAX_PARTS];
+    size_t n = 0, digits = 0;
+
+    while (is_letter(s[n])) {
+        n++;
+    }
+    while (is_digit(s[n + digits])) {
+        digits++;
+    }
+    char next = s[n + digits];
+
+    return n > 0 && digits > 0 && !is_letter(next) && next != '_' && next != '.' &&
+                   *skip_blanks(s + n + digits) != '(' && split_units(s, n, NULL, part, 0) > 0
+               ? n
+               : 0;
+}
+
+/** "kgm^2" as "kg m^2", "kg cm2" as "kg cm^2": a unit from `from`, of which a word at s is split.
+ *  @return 0: the word is no product of units */
+static int respell(const char *from, const char *s, size_t n, char to[SPELLED])
+{
+    const unit *part[MAX_PARTS];
+    int parts = split_units(s, n, NULL, part, 0);
+    const char *between = s > from && s[-1] == '/' ? "/" : " ";
+    size_t used = 0;
+
+    for (const char *c = from; c < s && used + 1 < SPELLED; c++) {
+        to[used++] = *c;
+    }
+    to[used] = '\0';
+    for (int i = 0; i < parts; i++) {
+        used += (size_t)snprintf(to + used, SPELLED - used, "%s%s", i > 0 ? between : "", part[i]->name);
+        used = used < SPELLED ? used : SPELLED - 1;
+    }
+    for (const char *c = s + n; is_letter(*c) || is_digit(*c) || (*c && strchr("^/*-", *c)); c++) {
+        if (is_digit(*c) && is_letter(c[-1]) && used + 1 < SPELLED) {
+            to[used++] = '^';
+        }
+        if (used + 1 < SPELLED) {
+            to[used++] = *c;
+        }
+    }
+    to[used] = '\0';
+    return parts;
+}
+
+/** "Nm" is meant as "N m", "gg" as "g" (two masses are no product), "KG" as "kg".
+ *  @param from  where the unit begins of which the word at s is a part */
+static void unknown_unit(const char *from, const char *s, size_t n, char why[MECH__WHY])
+{
+    char word[32] = "", better[SPELLED];
     mech__nearest near = {word, NULL, 0};
     int shown = n < sizeof word ? (int)n : (int)sizeof word - 1;
 
     memcpy(word, s, (size_t)shown);
-    const unit *first, *second;
-    size_t split = two_units(s, n, &first, &second);
-    if (split > 0 && same_kind(first, second)) {
-        const char *longer =
-            strlen(first->name) < strlen(second->name) ? second->name : first->name;
-        snprintf(why, MECH__WHY, "unknown unit \"%s\", did you mean \"%s\"?", word, longer);
-        return;
+    for (size_t i = 1; i < n; i++) {
+        const unit *first = find_unit(s, i), *second = find_unit(s + i, n - i);
+
+        if (first && second && same_kind(first, second)) {
+            snprintf(why, MECH__WHY, "unknown unit \"%s\", did you mean \"%s\"?", word,
+                     strlen(first->name) < strlen(second->name) ? second->name : first->name);
+            return;
+        }
     }
-    if (split > 0) {
-        snprintf(why, MECH__WHY, "unknown unit \"%s\", did you mean \"%.*s %s\"?", word, (int)split,
-                 word, word + split);
+    if (respell(from, s, n, better) > 0) {
+        snprintf(why, MECH__WHY, "unknown unit \"%s\", did you mean \"%s\"?", word, better);
         return;
     }
     for (int i = 0; i < NUNITS; i++) {
@@ -150,20 +212,25 @@ static void unknown_unit(const char *s, size_t n, char why[MECH__WHY])
     }
 }
 
-/** One factor "mm^2" at s, to the power sign. @return bytes used, -1 on error, 0 when none is here
- */
-static int factor_at(const char *s, int sign, product *u, char why[MECH__WHY])
+/** One factor "mm^2" at s of a unit from `from`, to the power sign. @return bytes used, -1 on error,
+ *  0 when none is here */
+static int factor_at(const char *from, const char *s, int sign, product *u, char why[MECH__WHY])
 {
-    size_t n = unit_word(s);
+    char better[SPELLED];
+    size_t n = unit_word(s), letters = bare_power(s);
     const unit *f = find_unit(s, n);
     const char *end = s + n;
     int power = 0;
 
+    if (letters > 0 && respell(from, s, letters, better) > 0) {
+        snprintf(why, MECH__WHY, "a power needs \"^\" in a unit, did you mean \"%s\"?", better);
+        return -1;
+    }
     if (n == 0) {
         return 0;
     }
     if (!f) {
-        unknown_unit(s, n, why);
+        unknown_unit(from, s, n, why);
         return -1;
     }
     if (*end != '^') {
@@ -201,7 +268,7 @@ static int factor_at(const char *s, int sign, product *u, char why[MECH__WHY])
  *  @return bytes used, 0 when no unit is here, -1 on error */
 static int unit_at(const char *s, product *u, char why[MECH__WHY], const char **bad)
 {
-    const char *at = skip_blanks(s);
+    const char *at = skip_blanks(s), *begin = at;
     const char *after_one = *at == '1' ? skip_blanks(at + 1) : at;
     int divided = 0;
     int used;
@@ -211,15 +278,15 @@ static int unit_at(const char *s, product *u, char why[MECH__WHY], const char **
     if (*after_one == '/') {
         const char *name = skip_blanks(after_one + 1);
 
-        if (unit_word(name) == 0) {
+        if (unit_word(name) == 0 && bare_power(name) == 0) {
             return 0;
         }
         *bad = name;
-        used = factor_at(name, -1, u, why);
+        used = factor_at(at, name, -1, u, why);
         at = name;
         divided = 1;
     } else {
-        used = factor_at(at, 1, u, why);
+        used = factor_at(at, at, 1, u, why);
     }
     while (used > 0) {
         at += used;
@@ -231,7 +298,7 @@ static int unit_at(const char *s, product *u, char why[MECH__WHY], const char **
         } else if (next == at) {
             return (int)(at - s);
         }
-        if (unit_word(next) == 0) {
+        if (unit_word(next) == 0 && bare_power(next) == 0) {
             return (int)(at - s);
         }
         *bad = next;
@@ -242,7 +309,7 @@ static int unit_at(const char *s, product *u, char why[MECH__WHY], const char **
             return -1;
         }
         divided = divided || op == '/';
-        used = factor_at(next, op == '/' ? -1 : 1, u, why);
+        used = factor_at(begin, next, op == '/' ? -1 : 1, u, why);
         at = next;
     }
     return used;

@@ -106,7 +106,7 @@ START_TEST(a_number_of_the_wrong_kind_is_refused)
         {"3.9 g", "key.mass +- 2 g", "+- 2 g", "a tolerance belongs to a single number"},
         {"3.9 g", "3.9 g +-", "\n    inertia: {yy: 4.1", "expected a number"},
         {"0.0413 N m/rad", "41.3 N/m", "41.3 N/m", "the unit is N/m, expected N m/rad"},
-        {"0.0413 N m/rad", "41.3 mNm/rad", "mNm/rad", "did you mean \"mN m\"?"},
+        {"0.0413 N m/rad", "41.3 mNm/rad", "mNm/rad", "did you mean \"mN m/rad\"?"},
         {"1.3e-5 N m s/rad", "1 N s/m", "1 N s/m", "expected N m s/rad"},
         {"1.3e-5 N m s/rad", "-1e-5", "-1e-5", "key.damping|must not be negative"},
         {"A: 0.23", "A: 0.23 N", "0.23 N", "the unit is N, expected a pure number"},

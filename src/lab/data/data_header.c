@@ -15,6 +15,8 @@
 #include "reader.h"
 #include "added_parts.h"
 
+enum { OUTPUTS = 320 }; /* room for a list of them */
+
 /* a new copy of n bytes, NUL at the end; NULL without memory, which the problems record */
 static char *copy(data__reader *r, const char *s, size_t n)
 {
@@ -56,6 +58,40 @@ char *data__near_channel(char *to, size_t room, const stein_model *m, const char
         mech__offer(&near, m->inputs[i].name);
     }
     return suggestion(to, room, &near);
+}
+
+/* ", did you mean "N m"?" for a unit that is none */
+static void near_unit(char *to, size_t room, const char *unit, const char *wanted)
+{
+    char text[DATA_SHOWN + 4], why[MECH__WHY] = "", meant[DATA_SHOWN] = "";
+    const char *bad;
+    mech__quantity q;
+    int exp10;
+    double factor;
+    snprintf(text, sizeof text, "1 %s", unit);
+    mech__quantity_at(text, &q, why, &bad);
+    const char *hint = strstr(why, ", did you mean \"");
+    int is_unit = hint != NULL && sscanf(hint, ", did you mean \"%63[^\"]", meant) == 1 &&
+                  data__unit(meant, wanted, &exp10, &factor) == 0;
+    snprintf(to, room, "%s", is_unit ? hint : "");
+}
+
+/* "angle [rad], rate [rad/s]": the outputs of a model, without its time */
+static const char *list_outputs(char *to, size_t room, const stein_model *m)
+{
+    size_t n = 0;
+    *to = '\0';
+    for (int i = 1; i < m->nchannel && n < room; i++) {
+        if (n + MECH_PATH + MECH_UNIT + 8 > room) {
+            snprintf(to + n, room - n, ", ...");
+            break;
+        }
+        int bare = strcmp(m->channels[i].unit, "1") == 0;
+        n +=
+            (size_t)snprintf(to + n, room - n, "%s%s%s%s%s", i > 1 ? ", " : "", m->channels[i].name,
+                             bare ? "" : " [", bare ? "" : m->channels[i].unit, bare ? "" : "]");
+    }
+    return to;
 }
 
 /* ---- "#" lines ---- */
@@ -309,9 +345,13 @@ static int fit_unit(data__reader *r, data__title *t, const char *wanted)
     }
     int wrong = t->has_unit ? data__unit(t->unit, wanted, &t->exp10, &t->factor) : 0;
     if (wrong != 0) {
-        data__problem(&r->problems, 0, line, t->at, "\"%s\" is in [%s], expected [%s]%s", t->name,
-                      t->unit, wanted,
-                      wrong == 2 ? ": this is no known unit" : " or another unit of this kind");
+        char hint[MECH_PATH + 32] = "";
+        if (wrong == 2) {
+            near_unit(hint, sizeof hint, t->unit, wanted);
+        }
+        data__problem(
+            &r->problems, 0, line, t->at, "\"%s\" is in [%s], expected [%s]%s%s", t->name, t->unit,
+            wanted, wrong == 2 ? ": this is no known unit" : " or another unit of this kind", hint);
     }
     return wrong == 0;
 }
@@ -390,15 +430,16 @@ static void add_channel(data__reader *r, data__title *t)
     const stein_model *m = r->model;
     int input = stein_find_input(m, t->name);
     int channel = input < 0 ? stein_find_channel(m, t->name) : -1;
-    char hint[MECH_PATH + 32];
+    char hint[MECH_PATH + 32], has[OUTPUTS];
     if (input < 0 && channel < 0 && data__pass_over(r, t)) {
         return;
     }
     if (input < 0 && channel < 0) {
-        data__problem(&r->problems, 0, r->header_line, t->at,
-                      "\"%s\" is no output or input of "
-                      "\"%s\"%s",
-                      t->name, m->name, data__near_channel(hint, sizeof hint, m, t->name));
+        int near = *data__near_channel(hint, sizeof hint, m, t->name) != '\0';
+        data__problem(
+            &r->problems, 0, r->header_line, t->at, "\"%s\" is no output or input of \"%s\"%s%s",
+            t->name, m->name,
+            near ? hint : "; its outputs: ", near ? "" : list_outputs(has, sizeof has, m));
         return;
     }
     const char *wanted = input >= 0 ? m->inputs[input].unit : m->channels[channel].unit;
@@ -422,7 +463,7 @@ static void add_channel(data__reader *r, data__title *t)
 static int is_foreign(data__reader *r)
 {
     const stein_model *m = r->model;
-    char has[200] = "";
+    char has[OUTPUTS];
     int known = 0, named = 0;
     int first = r->time_at == 0;
     for (int k = 0; k < r->ntitle; k++) {
@@ -433,14 +474,10 @@ static int is_foreign(data__reader *r)
         !data__is_time(m, r->title[r->time_at].name)) {
         return 0;
     }
-    for (int i = 1; i < m->nchannel && strlen(has) + MECH_PATH / 2 < sizeof has; i++) {
-        size_t n = strlen(has);
-        snprintf(has + n, sizeof has - n, "%s%s", i > 1 ? ", " : "", m->channels[i].name);
-    }
     data__problem(&r->problems, 0, r->header_line, r->title[first].at,
                   "none of the %d columns from \"%s\" on is an output or input of \"%s\": a record "
                   "of another mechanism? expected some of %s",
-                  named, r->title[first].name, m->name, has);
+                  named, r->title[first].name, m->name, list_outputs(has, sizeof has, m));
     return 1;
 }
 

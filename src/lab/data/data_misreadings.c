@@ -42,6 +42,25 @@ static int find_units(const char *unit, double factor, const char **is, const ch
     return 0;
 }
 
+/* "deg", "deg or mrad": the units that the numbers may be in; "" where a factor is between no two
+ */
+static const char *possible_units(char to[DATA_SHOWN], const char *unit, const data__guess *g,
+                                  const char **stated)
+{
+    const char *is, *other;
+    *to = '\0';
+    if (find_units(unit, g->factor, &is, stated)) {
+        snprintf(to, DATA_SHOWN, "%s", is);
+    }
+    for (int i = 0; *to != '\0' && i < g->nalso; i++) {
+        size_t n = strlen(to);
+        if (find_units(unit, g->also[i], &is, &other) && strcmp(other, *stated) == 0) {
+            snprintf(to + n, DATA_SHOWN - n, " or %s", is);
+        }
+    }
+    return to;
+}
+
 static const char *units_of(char *to, const char *unit, double factor)
 {
     const char *is, *stated;
@@ -53,12 +72,30 @@ static const char *units_of(char *to, const char *unit, double factor)
     return to;
 }
 
-static size_t add_units(char *to, size_t room, const char *what, const char *unit, double factor)
+/* "as deg or mrad instead of rad"; `state` out: how a title states the first of them */
+static void reading_of(char *to, char *state, const char *unit, const data__guess *g,
+                       const char *column)
 {
-    const char *is, *stated;
-    int n = find_units(unit, factor, &is, &stated)
-                ? snprintf(to, room, "%.60s is in %s, not in %s", what, is, stated)
-                : snprintf(to, room, "%.60s is %.4g times too large", what, 1.0 / factor);
+    char units[DATA_SHOWN];
+    const char *stated;
+    *state = '\0';
+    if (*possible_units(units, unit, g, &stated) == '\0') {
+        units_of(to, unit, g->factor);
+        return;
+    }
+    snprintf(to, 2 * DATA_SHOWN, "as %s instead of %s", units, stated);
+    snprintf(state, 2 * DATA_SHOWN, "; a title states its unit as in \"%s (%.*s)\"", column,
+             (int)strcspn(units, " "), units);
+}
+
+static size_t add_units(char *to, size_t room, const char *what, const char *unit,
+                        const data__guess *g)
+{
+    char units[DATA_SHOWN];
+    const char *stated;
+    int n = *possible_units(units, unit, g, &stated) != '\0'
+                ? snprintf(to, room, "%.60s is in %s, not in %s", what, units, stated)
+                : snprintf(to, room, "%.60s is %.4g times too large", what, 1.0 / g->factor);
     return (size_t)n;
 }
 
@@ -74,12 +111,23 @@ static void list_columns(char *to, size_t room, const lab_data *d, const char *u
     }
 }
 
+/* the first column of a unit */
+static int first_of(const lab_data *d, const char *unit)
+{
+    int k = 0;
+    while (k + 1 < d->ncolumn && strcmp(d->column[k].unit, unit) != 0) {
+        k++;
+    }
+    return k;
+}
+
 static char *describe(const data__suspects *a, const data__guess *g, const char *or_column,
                       const char *records)
 {
     const lab_data *d = a->data->stroke[g->first];
     const lab_column *c = g->a != NULL ? lab_data_column(d, g->a) : NULL;
-    char unit[DATA_SHOWN], x[DATA_SHOWN], y[DATA_SHOWN], names[400], misfit[80];
+    char unit[2 * DATA_SHOWN], state[2 * DATA_SHOWN], x[DATA_SHOWN], y[DATA_SHOWN], names[400],
+        misfit[80];
     snprintf(misfit, sizeof misfit, "misfit %.2f, then %.2g%s", g->off / g->accepted,
              g->then / g->accepted, records);
     if (g->time != 1.0 && g->unit != NULL) {
@@ -110,14 +158,15 @@ static char *describe(const data__suspects *a, const data__guess *g, const char 
     }
     const char *si = g->unit != NULL ? g->unit : c != NULL ? c->unit : "";
     list_columns(names, sizeof names, d, si);
+    reading_of(unit, state, si, g, g->a != NULL ? g->a : d->column[first_of(d, si)].name);
     if (g->unit == NULL && c != NULL && c->role == LAB_INPUT) {
         return lab__text("%s: %s: with this input the model moves far from the record; read %s it "
-                         "fits (%s)",
-                         d->file, g->a, units_of(unit, si, g->factor), misfit);
+                         "fits (%s)%s",
+                         d->file, g->a, unit, misfit, state);
     }
-    return lab__text("%s: %s: %s of travel, the model moves %s; read %s it fits (%s)", d->file,
+    return lab__text("%s: %s: %s of travel, the model moves %s; read %s it fits (%s)%s", d->file,
                      g->unit != NULL ? names : g->a, data__quantity(x, g->travel, si),
-                     data__quantity(y, g->predicted, si), units_of(unit, si, g->factor), misfit);
+                     data__quantity(y, g->predicted, si), unit, misfit, state);
 }
 
 /* the same as a headline */
@@ -130,7 +179,7 @@ static void briefly(char *to, size_t room, const lab_data *d, const data__guess 
     size_t n = 0;
     list_columns(names, sizeof names, d, unit);
     if (g->time != 1.0) {
-        n += add_units(to, room, "the time", "s", g->time);
+        n += add_units(to, room, "the time", "s", &(data__guess){.factor = g->time});
     }
     if (g->b != NULL) {
         snprintf(to, room, "%.60s and %.60s are exchanged", g->a, g->b);
@@ -139,7 +188,7 @@ static void briefly(char *to, size_t room, const lab_data *d, const data__guess 
                  or_column != NULL ? " or " : "", or_column != NULL ? or_column : "");
     } else if (g->factor != 1.0 && n < room) {
         n += (size_t)snprintf(to + n, room - n, "%s", n > 0 ? "; " : "");
-        (void)add_units(to + n, room - n, g->unit != NULL ? names : g->a, unit, g->factor);
+        (void)add_units(to + n, room - n, g->unit != NULL ? names : g->a, unit, g);
     }
 }
 
@@ -228,7 +277,8 @@ void data__tell_travel(data__suspects *a, int record, int column, double reach, 
                                          d->file, d->column[column].name,
                                          data__quantity(x, m->travel, "m"),
                                          data__quantity(y, reach, "m"))};
-    (void)add_units(doubt.brief, sizeof doubt.brief, d->column[column].name, "m", 1e-3);
+    (void)add_units(doubt.brief, sizeof doubt.brief, d->column[column].name, "m",
+                    &(data__guess){.factor = 1e-3});
     add(a, doubt);
 }
 

@@ -7,6 +7,8 @@
 
 #include "data_compare.h"
 
+enum { DATA_UNITS = 4 };
+
 /** Another way to read records: which column, exchanged with which, in which unit or sign. By name,
  *  because the columns of the records may stand in different orders. */
 typedef struct data__guess {
@@ -16,6 +18,8 @@ typedef struct data__guess {
     int first;                   /* record that it was accepted in first, -1: none */
     double off, then, score;     /* sums over the records in which it was accepted */
     double travel, predicted;    /* of the first affected channel there */
+    double also[DATA_UNITS];     /* factors of other units that fit about as well */
+    int nalso;
 } data__guess;
 
 typedef struct data__suspects {

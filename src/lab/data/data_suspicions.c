@@ -47,6 +47,7 @@ static const double better = 3.0;   /* misfit before over misfit of the reading 
 static const double usual = 5.0;    /* of the median record: between never and always asked */
 static const double within = 1.25;  /* of the travel */
 static const double straight = 0.5; /* share of a straight line's misfit */
+static const double alike = 3.0;    /* misfits of two units that are both possible */
 static const double longest = 50.0,
                     shortest = 500.0;             /* a record over a run of the model, and back */
 static const double beyond = 30.0, inside = 3.0;  /* travel over the largest length of the model */
@@ -149,6 +150,8 @@ static int is_accepted(const data__guess *g, const effect *e)
     int fitting =
         e->most_then < (e->adapted ? fits_adapted : fits) && e->off > better * e->then + 0.1;
     int sized = e->most_then < nearly && e->least_off > apart && e->ratio < within;
+    // a friction or damping that is wrong decays otherwise; a wrong unit misses the motion
+    fitting &= !e->adapted || g->factor == 1.0 || g->factor < 0.0 || e->off > nearly;
     // a body that is thrown hard enough moves straight on, whatever the forces
     int calmer = fabs(g->factor) < 1.0;
     int curved = calmer || !e->adapted || e->then < straight * e->line;
@@ -279,6 +282,33 @@ static data__guess *best_guess(data__suspects *a, double share, int alone)
     return best;
 }
 
+/* The other units in which the same columns fit about as well, since small swings have one shape at
+ * any scale. Degrees are the usual ones and come first.
+ * @return the guess to tell, with the others in `also` */
+static data__guess with_other_units(const data__suspects *a, const data__guess *best, double share)
+{
+    const data__guess *first = best, *list[DATA_UNITS];
+    int n = 0;
+    for (int i = 0; i < a->nguess; i++) {
+        const data__guess *g = &a->guess[i];
+        int same = g->a == best->a && g->b == best->b && g->unit == best->unit &&
+                   g->time == best->time && g->factor > 0.0 && best->factor > 0.0 &&
+                   g->factor != 1.0 && (g->factor < 1.0) == (best->factor < 1.0);
+        if (same && n < DATA_UNITS && g->accepted > 0 && g->accepted >= share * g->tested &&
+            g->then * best->accepted <= alike * best->then * g->accepted) {
+            list[n++] = g;
+            first = g->factor == 1.0 / degrees ? g : first;
+        }
+    }
+    data__guess told = *first;
+    for (int i = 0; i < n; i++) {
+        if (list[i] != first) {
+            told.also[told.nalso++] = list[i]->factor;
+        }
+    }
+    return told;
+}
+
 /* Another column whose sign explains all of it, too: two pendulums swing alike to both sides. */
 static const char *other_sign(const data__suspects *a, const data__guess *best)
 {
@@ -298,8 +328,8 @@ static int tell_best(data__suspects *a, int records, double share, int alone)
     int told = 0;
     data__guess *best = best_guess(a, share, alone);
     while (best != NULL && a->status == STEIN_OK) {
-        data__guess done = *best;
-        data__tell_guess(a, best, other_sign(a, best), records, alone);
+        data__guess done = *best, told_as = with_other_units(a, best, share);
+        data__tell_guess(a, &told_as, other_sign(a, best), records, alone);
         told++;
         if (done.cured == done.accepted) {
             break;

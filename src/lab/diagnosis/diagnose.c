@@ -75,18 +75,44 @@ static stein_status tell(diagnosis *d, char *line, stein_err *err)
     return add_finding(d->out, line, 1, err);
 }
 
+/* of records, the first of which is given: "run_1.csv and 2 more: ..." */
+static stein_status note_audit(diagnosis *d, lab_audit *const *list, int n, int record,
+                               const char *text, stein_err *err)
+{
+    const char *file = list[record]->data->file;
+    int more = 0;
+    for (int i = 0; i < n; i++) {
+        int same = 0;
+        for (int k = 0; k < list[i]->nfinding; k++) {
+            same |= strcmp(list[i]->finding[k], text) == 0;
+        }
+        if (same && i < record) {
+            return STEIN_OK; // told with that one
+        }
+        more += same && i > record;
+    }
+    return add_finding(d->out,
+                       more > 0 ? lab__text("%s and %d more: %s", file, more, text)
+                                : lab__text("%s: %s", file, text),
+                       0, err);
+}
+
 static stein_status audit(diagnosis *d, const lab_dataset *data, stein_err *err)
 {
-    stein_status status = STEIN_OK;
+    lab_audit **list = calloc((size_t)data->n + 1, sizeof(lab_audit *));
+    stein_status status = list != NULL ? STEIN_OK : lab__no_memory(err);
     for (int s = 0; status == STEIN_OK && s < data->n; s++) {
-        lab_audit *a = NULL;
-        status = lab_audit_create(&a, data->stroke[s], err);
-        for (int i = 0; status == STEIN_OK && i < a->nfinding; i++) {
-            status = add_finding(d->out, lab__text("%s: %s", data->stroke[s]->file, a->finding[i]),
-                                 0, err);
-        }
-        lab_audit_destroy(a);
+        status = lab_audit_create(&list[s], data->stroke[s], err);
     }
+    for (int s = 0; status == STEIN_OK && s < data->n; s++) {
+        for (int i = 0; status == STEIN_OK && i < list[s]->nfinding; i++) {
+            status = note_audit(d, list, data->n, s, list[s]->finding[i], err);
+        }
+    }
+    for (int s = 0; list != NULL && s < data->n; s++) {
+        lab_audit_destroy(list[s]);
+    }
+    free(list);
     return status;
 }
 

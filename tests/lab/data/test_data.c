@@ -270,7 +270,10 @@ START_TEST(wrong_headers_are_refused_with_their_place)
         {"Rig 3\n\ntime [s],string_distance [N]\n" ROWS, ":3:10: ", "is in [N], expected [m]"},
         {"Rig 3\ntim [mm],string_distance [m]\n" ROWS, ":2:1: ", "\"tim [mm]\": expected time [s]"},
         {"Rig 3; left\n", ": ", "no header line"},
-        {"time [s],\xc3\xa9t\xc3\xa9 [m]\n" ROWS, ":1:10: ", "no output or input of \"stein1788\""},
+        {"time [s],\xc3\xa9t\xc3\xa9 [m]\n" ROWS, ":1:10: ",
+         "no output or input of \"stein1788\"; its outputs: string_distance [m], string_force [N]"},
+        {"time [s],load_force [kgm/s^2]\n" ROWS,
+         ":1:10: ", "expected [N]: this is no known unit, did you mean \"kg m/s^2\"?"},
         {"time [s],key_dip [m],string_distance [m],key_dip "
          "[mm]\n0,1,2,3\n1,2,3,4\n2,3,4,5\n3,4,5,6\n",
          ":1:42: ", "a second column \"key_dip\", the first one is at column 10"},

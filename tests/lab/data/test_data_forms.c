@@ -371,7 +371,7 @@ START_TEST(bad_files_give_one_message_each)
          ":1:1: the first column is \"key_dip [m]\": expected time [s]"},
         {"time,theta1,theta2\n0,1,2\n1,2,3\n2,1,2\n3,2,2\n",
          ":1:6: none of the 2 columns from \"theta1\" on is an output or input of \"stein1788\": a "
-         "record of another mechanism? expected some of string_distance, "},
+         "record of another mechanism? expected some of string_distance [m], string_force [N], "},
     };
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         lab_data_options o = lab_data_options_default(action);
