@@ -410,6 +410,10 @@ static int show(const job *j)
 {
     if (cli_value(j->args, "json") == NULL) {
         cli_summary(lab_equations(j->model)->name, j->diagnosis);
+        if (j->def.explain != NULL) {
+            const char *text = j->diagnosis->explanation;
+            printf("explain: %s\n", text != NULL ? text : "nothing was fitted");
+        }
     }
     int code = write_results(j);
     return code == CLI_OK ? tell_failure(j) : code;
@@ -473,7 +477,7 @@ static const cli_option options[] = {
     {"budget", 0, "N|Ss", "The search ends after N simulations of records, or S seconds."},
     {"trace", 0, "FILE",
      "Every fit of the search, one JSON object a line: hypothesis, evidence, cost."},
-    {"explain", 0, "KIND@PLACE", "Why this candidate is not the verdict, with its numbers."},
+    {"explain", 0, "KIND@PLACE", "Why this candidate is in the verdict or not, with its numbers."},
     {"trust-settings", 0, NULL,
      "Accept records whose motion contradicts their own \"# set\" lines."},
     {"jobs", 'j', "N", "Threads; default: one a processor. Results do not depend on it."},

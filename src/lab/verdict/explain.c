@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * explain.c - why a candidate is not the verdict, from the table.
+ * explain.c - why a candidate is the verdict or not, from the table.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -52,6 +52,31 @@ static const diag__row *best_with(const diag__table *t, int k)
     return best;
 }
 
+/* a cause of the verdict: what it gains over the table's row without it */
+static char *of_cause(const diag__problem *q, const diag__table *t, const diag__judgement *j, int k,
+                      int i)
+{
+    const diag__row *best = t->row[j->best], *null = t->row[j->null];
+    const lab_candidate *c = &q->candidate[k];
+    diag__hypothesis less = diag__without(best->h, k);
+    const diag__row *row = diag__find(t, &less);
+    int fitted = row != NULL && isfinite(row->objective);
+    row = fitted ? row : null;
+    double sd, amount = diag__amount(best, i, &sd);
+    char *is = words(q, &best->h), *without = words(q, &row->h), *text = NULL;
+    if (is != NULL && without != NULL) {
+        text = lab__text("%s at %s is in the verdict: chi2/dof is %.4g with %s and %.4g with %s, "
+                         "-2 ln evidence %.1f and %.1f: a gain of %.1f, where %.0f is enough to "
+                         "name a cause. Its amount is %.4g +- %.2g %s.",
+                         c->effect->kind, c->place, best->chi2_dof, is, row->chi2_dof, without,
+                         best->objective, row->objective, row->objective - best->objective,
+                         diag__enough(), amount * c->limit, sd * c->limit, c->unit);
+    }
+    free(is);
+    free(without);
+    return text;
+}
+
 static char *of_row(const diag__problem *q, const diag__table *t, const diag__judgement *j,
                     const diag__row *row, int k)
 {
@@ -61,9 +86,12 @@ static char *of_row(const diag__problem *q, const diag__table *t, const diag__ju
     while (row->h.cause[i] != k) {
         i++;
     }
+    if (row == best && j->finding == DIAG_NAMED) {
+        return of_cause(q, t, j, k, i);
+    }
     double sd, amount = diag__amount(row, i, &sd), behind = row->objective - best->objective;
     char *is = words(q, &row->h), *verdict = words(q, &best->h), *text = NULL;
-    const char *why = row == best                          ? "it is in the verdict"
+    const char *why = row == best                          ? "it explains too little to be named"
                       : !diag__is_possible(q, row)         ? "its amount is not possible"
                       : fabs(amount) < diag__interval * sd ? "its interval contains 0"
                       : behind <= diag__convincing && row->h.n == best->h.n
