@@ -152,8 +152,8 @@ stein_status diag__doubt_starts(diag__problem *q, diag__table *t, diag__row *exa
 }
 
 /* Settings that are off by what their digits allow, where there is something to explain: without a
- * cause and with those of the best hypothesis. If that leaves nearly noise, a cause of it may stand
- * for them: then also with fewer. */
+ * cause and with those of the best hypothesis. If that leaves noise, or nearly so with a part, a
+ * cause of it may stand for them: then also with fewer. */
 stein_status diag__with_settings(diag__problem *q, diag__table *t, stein_err *err)
 {
     const diag__row *best = diag__incumbent(q, t), *null = diag__best(q, t, 0);
@@ -168,7 +168,8 @@ stein_status diag__with_settings(diag__problem *q, diag__table *t, stein_err *er
                diag__leaves_noise(q, best) && !has_part(q, &best->h) && null != NULL &&
                null->chi2_dof > diag__near_noise;
     stein_status status = STEIN_OK;
-    int most = best->h.n, answers = best->chi2_dof < diag__near_noise;
+    int most = best->h.n, near = has_part(q, &best->h) && best->chi2_dof < diag__near_noise;
+    int answers = near || diag__leaves_noise(q, best);
     for (int n = told ? most : 0; n <= most && status == STEIN_OK; n++) {
         const diag__row *row = n < most ? diag__best(q, t, n) : best;
         int asked = n == 0 || n == most || answers;

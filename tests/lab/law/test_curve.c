@@ -209,7 +209,7 @@ static void count_covered(const case_t *c, int which, int *inside, int *all)
 /* place, state and shape of law `which` */
 static void check_law(const case_t *c, int which)
 {
-    ck_assert_int_eq(c->d->verdict, LAB_VERDICT_UNKNOWN_EFFECT);
+    ck_assert_msg(c->d->verdict == LAB_VERDICT_UNKNOWN_EFFECT, "%s", c->d->reason);
     ck_assert_int_eq(c->d->ncause, 0);
     ck_assert_int_ge(c->d->nlaw, 1);
     const lab_law *l = &c->d->law[0];
