@@ -91,29 +91,35 @@ static const char *rounded(char *text, size_t size, double value, double width)
     return text;
 }
 
-/* "13 times smaller", "4.6 % heavier", "19 mm nearer to the joint" */
-static void direction(char *text, size_t size, const char *kind, const lab_change *c)
+static const char *way_of(const char *kind, int up)
 {
     static const char *const word[][3] = {
-        {"mass", "heavier", "lighter"},
-        {"contact_stiffness", "stiffer", "softer"},
-        {"joint_stiffness", "stiffer", "softer"},
-        {"centre", "farther from the joint", "nearer to the joint"},
-        {"", "larger", "smaller"}};
-    double ratio = c->to / c->from;
-    int up = ratio > 1.0, i = 0;
+        {"mass", "lighter", "heavier"},
+        {"contact_stiffness", "softer", "stiffer"},
+        {"joint_stiffness", "softer", "stiffer"},
+        {"centre", "nearer to the joint", "farther from the joint"},
+        {"", "smaller", "larger"}};
+    int i = 0;
     while (word[i][0][0] != '\0' && strcmp(word[i][0], kind) != 0) {
         i++;
     }
-    const char *way = word[i][up ? 1 : 2];
+    return word[i][1 + up];
+}
+
+/* "13 times smaller", "4.6 % heavier", "19 mm nearer to the joint" */
+static void direction(char *text, size_t size, const char *kind, const lab_change *c)
+{
+    double ratio = c->to / c->from;
+    int up = ratio > 1.0;
     if (ratio <= 0.0) {
         snprintf(text, size, "of the other sign");
     } else if (strcmp(kind, "centre") == 0) {
-        snprintf(text, size, "%.2g %s %s", fabs(c->to - c->from) / c->factor, c->unit, way);
+        snprintf(text, size, "%.2g %s %s", fabs(c->to - c->from) / c->factor, c->unit,
+                 way_of(kind, up));
     } else if (ratio > 2.0 || ratio < 0.5) {
-        snprintf(text, size, "%.2g times %s", up ? ratio : 1.0 / ratio, way);
+        snprintf(text, size, "%.2g times %s", up ? ratio : 1.0 / ratio, way_of(kind, up));
     } else {
-        snprintf(text, size, "%.2g %% %s", 100.0 * fabs(ratio - 1.0), way);
+        snprintf(text, size, "%.2g %% %s", 100.0 * fabs(ratio - 1.0), way_of(kind, up));
     }
 }
 
@@ -135,12 +141,14 @@ const char *lab_change_text(const lab_suspect *s, char text[LAB_CHANGE_TEXT])
                  rounded(number[0], sizeof number[0], lo, width),
                  rounded(number[1], sizeof number[1], hi, width));
     }
-    direction(way, sizeof way, kind, c);
     rounded(number[2], sizeof number[2], c->to / unit, width);
-    if (s->nchange > 1) {
-        snprintf(text, LAB_CHANGE_TEXT, "times %s%s, %s", number[2], interval, way);
+    if (s->nchange > 1) { // "2.05 times stiffer (95 %: 1.90 to 2.20)", "0.49 times, softer"
+        int up = c->to / unit > 1.0;
+        snprintf(text, LAB_CHANGE_TEXT, "%s times%s%s%s", number[2], up ? " " : ", ",
+                 way_of(kind, up), interval);
         return text;
     }
+    direction(way, sizeof way, kind, c);
     int own = strncmp(c->name, s->candidate.place, place) == 0 && c->name[place] == '.';
     snprintf(number[3], sizeof number[3], "%.6g", c->from / unit);
     snprintf(text, LAB_CHANGE_TEXT, "%.99s%s%s -> %s%s%s%s, %s", own ? c->name + place + 1 : "",
