@@ -506,7 +506,7 @@ typedef struct lab_diagnosis {
     lab_law *law; /* with an unknown effect: best first; law[0].pays: it is in the extension */
     int nlaw;
     lab_motion motion; /* the check by forces */
-    char *explanation; /* why a candidate is not the verdict; NULL: not requested */
+    char *explanation; /* why a candidate is in the verdict or not; NULL: not requested */
     int fits, strokes_simulated;
     double seconds;
     lab_model **kept; /* mechanisms with parts, which own names and units */
