@@ -5,7 +5,8 @@
 SUITE_JOBS  := $(addprefix suite-,$(shell sed -n 's/^ *X(\([a-z_]*\)).*/\1/p' tests/suites.h))
 SCRIPT_JOBS := $(patsubst tests/test_%.sh,script-%,$(wildcard tests/test_*.sh))
 # the longest ones first, so that no processor waits for one of them in the end
-LONGEST     := suite-measured script-hidden suite-generator suite-curve script-identity script-cli script-deb script-python
+LONGEST     := script-page suite-curve script-fmu script-python suite-search suite-measured suite-measured_laws \
+  script-faults script-deb suite-plan suite-posed suite-reality suite-suspicions suite-generator script-hidden script-world
 ALL_JOBS    := $(LONGEST) $(filter-out $(LONGEST),$(SCRIPT_JOBS) $(SUITE_JOBS))
 # one more than processors: browsers, killed programs and compilers are waited for
 JOBS ?= $(shell echo $$(($$(nproc) + 1)))

@@ -78,10 +78,9 @@ two() { "$B/stein" "$@" --jobs 2; }
 whole "stein as it is, two threads" two
 plain() { GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX2,-FMA,-AVX2_Usable,-FMA_Usable "$B/stein" "$@"; }
 whole "stein as it is, libm without fused multiplication" plain
-# quick: the builds that could fuse a product with a sum, by both compilers
+# quick: a build that could fuse a product with a sum
 if [ "${1-}" = quick ]; then
     of_core '' gcc -O1 -march=native
-    of_core '' clang -O1 -march=native
 else
     for cc in gcc clang; do
         for flags in -O0 -O1 -O2 -O3 -Os '-O3 -march=native' '-O2 -flto'; do

@@ -61,6 +61,7 @@
     X(judge)         \
     X(hypotheses)    \
     X(search)        \
+    X(mistakes)      \
     X(odd_records)   \
     X(coupling)      \
     X(posed)         \

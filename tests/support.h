@@ -78,6 +78,20 @@ static inline void *no_memory(void *ctx, size_t size)
     return NULL;
 }
 
+/** 0 in `make check`, which takes a share of the cases; the number SOAK in `make soak`, which takes
+ * all. */
+static inline int soaks(void)
+{
+    const char *times = getenv("SOAK");
+    return times != NULL ? (int)strtol(times, NULL, 10) : 0;
+}
+
+/** So many times the cases of `make check` in `make soak`. */
+static inline int soak(int quick)
+{
+    return soaks() > 0 ? quick * soaks() : quick;
+}
+
 /** Deterministic numbers in [-1, 1) (splitmix64), for high-entropy test inputs. */
 static inline double noise(unsigned long long *seed)
 {

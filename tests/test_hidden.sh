@@ -441,8 +441,8 @@ JSON
 case $B in
 *san*) echo "test_hidden: the strokes of the action are not diagnosed under the sanitizers: too slow" ;;
 *)
-    # twelve of them, four of which are held out: make run takes all 18
-    "$B/stein" diagnose models/stein1788.yaml models/strokes/stroke_0[159].csv models/strokes/stroke_1?.csv \
+    # nine of them, three held out: make run takes all 18
+    "$B/stein" diagnose models/stein1788.yaml models/strokes/stroke_0[159].csv models/strokes/stroke_1[0-357].csv \
         -o "$dir/strokes" >"$dir/said" 2>&1
     ok "the strokes of the action are diagnosed" $?
     grep -q 'motion-driven check: [a-z]' "$dir/said" && ! grep -q 'motion-driven check: contradicts' "$dir/said"

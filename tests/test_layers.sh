@@ -5,38 +5,45 @@
 set -u
 . tests/claims.sh
 
-# defined FOLDER..., needed FOLDER...: global names of the objects of these folders, subfolders not
-# among them
-defined() { for f in "$@"; do nm -g --defined-only "$B/obj/$f"/*.o 2>/dev/null; done | sed -n 's/^[0-9a-f]* [A-Z] //p' | sort -u; }
-needed() { for f in "$@"; do nm -g -u "$B/obj/$f"/*.o 2>/dev/null; done | sed -n 's/^ *[Uw] //p' | sort -u; }
+# of each folder, subfolders not among them: global names that its objects define and need, and how
+# its headers are included
+lab=$(find src/lab -mindepth 1 -type d | sort)
+for folder in src/core src/load src/model gen src/cli $lab; do
+    mkdir -p "$dir/$folder"
+    nm -g --defined-only "$B/obj/$folder"/*.o 2>/dev/null | sed -n 's/^[0-9a-f]* [A-Z] //p' >"$dir/$folder/defined"
+    nm -g -u "$B/obj/$folder"/*.o 2>/dev/null | sed -n 's/^ *[Uw] //p' >"$dir/$folder/needed"
+    # types of the whole diagnosis: the root of search.h, above the judge that it is kept with
+    find "$folder" -maxdepth 1 -name '*.h' ! -name diagnosing.h |
+        sed 's|.*/\(.*\)|#include "\1"|' >"$dir/$folder/headers"
+done
+# of KIND FOLDER...: one of these lists, of several folders
+of() {
+    kind=$1
+    shift
+    for f in "$@"; do cat "$dir/$f/$kind"; done | sort -u
+}
 # never FOLDER FOLDER...: the first one uses nothing of the others
 never() {
     from=$1
     shift
-    defined "$@" >"$dir/there"
-    needed "$from" >"$dir/wanted"
+    of defined "$@" >"$dir/there"
+    of needed "$from" >"$dir/wanted"
     comm -12 "$dir/there" "$dir/wanted" >"$dir/both"
     test ! -s "$dir/both"
     ok "$from uses nothing of $* ($(tr '\n' ' ' <"$dir/both"))" $?
-    for other in "$@"; do
-        for header in "$other"/*.h; do
-            # types of the whole diagnosis: the root of search.h, above the judge that it is kept with
-            [ "${header##*/}" = diagnosing.h ] && continue
-            [ -e "$header" ] && grep -ln "#include \"${header##*/}\"" "$from"/*.[ch]
-        done
-    done >"$dir/both"
+    of headers "$@" >"$dir/there"
+    grep -hF -f "$dir/there" "$from"/*.[ch] >"$dir/both"
     test ! -s "$dir/both"
     ok "$from includes nothing of $* ($(tr '\n' ' ' <"$dir/both"))" $?
 }
 
-lab=$(find src/lab -mindepth 1 -type d | sort)
 test "$(echo "$lab" | wc -l)" -gt 5
 ok "the folders of the lab are found" $?
 test -z "$(find src/lab -maxdepth 1 -type f)"
 ok "every file of the lab is in a folder" $?
-needed src/cli >"$dir/wanted"
+of needed src/cli >"$dir/wanted"
 # shellcheck disable=SC2086
-defined $lab | comm -12 - "$dir/wanted" >"$dir/both"
+of defined $lab | comm -12 - "$dir/wanted" >"$dir/both"
 test "$(wc -l <"$dir/both")" -gt 20
 ok "what one folder uses of others is seen" $?
 
@@ -86,10 +93,10 @@ ok "src/lab/search knows nothing of how a verdict is found or shown ($(tr '\n' '
 # a header names the folders that include it: "Included by: this folder, src/lab, src/cli."
 headers=$(find src gen -name '*.h')
 for header in $headers; do
-    allowed=$(sed -n 's/^ \* Included by: \(.*\)\.$/\1/p;/\*\//q' "$header")
+    allowed=$(sed -n 's/^ \* Included by: \(.*\)\.$/\1/p;/\*\//q' "$header" | tr -d ,)
     grep -rl "#include \"${header##*/}\"" src gen --include='*.[ch]' | while read -r user; do
         case "$user" in "${header%/*}"/*) continue ;; esac
-        for folder in $(echo "$allowed" | tr -d ','); do
+        for folder in $allowed; do
             case "$user" in "$folder"/*) continue 2 ;; esac
         done
         echo "$header: $user"
@@ -100,7 +107,7 @@ test "$(echo "$headers" | wc -l)" -gt 50 && test ! -s "$dir/both"
 ok "headers are included where they say ($(tr '\n' ' ' <"$dir/both"))" $?
 
 # the core neither prints nor reads files, and has no global variable
-needed src/core >"$dir/wanted"
+of needed src/core >"$dir/wanted"
 grep -xE 'printf|fprintf|fopen|fread|fwrite|fputs|puts|stdout|stderr|getenv|setlocale|exit|abort' "$dir/wanted" >"$dir/both"
 test ! -s "$dir/both"
 ok "src/core neither prints nor opens files ($(tr '\n' ' ' <"$dir/both"))" $?

@@ -29,10 +29,14 @@ if command -v node >/dev/null 2>&1; then node=yes; else
     node=; echo "test_page: no nodejs, pages are written and not run (make deps-page)"; fi
 
 # ---- pages of several mechanisms: a notch and a load, lines with ends, a plane other than x-z, a loop, motors
-for model in models/stein1788.yaml models/block_on_slope.yaml models/robotran/piston.yaml models/four_bar.yaml \
+# the first one as it is given away, the others compiled in half the time
+printf '#!/bin/sh\nexec clang "$@" -O0\n' >"$dir/quick" && chmod +x "$dir/quick"
+for model in models/stein1788.yaml models/block_on_slope.yaml models/robotran/piston.yaml models/slider_crank.yaml \
     models/drive/geared_arm.yaml; do
     name=$(basename "$model" .yaml)
     claim 0 "a page of $name" "$stein" page "$model" -o "$dir/$name.html"
+    WASM_CC=$dir/quick
+    export WASM_CC
     [ -n "$node" ] || continue
     stroke=
     if [ "$name" = stein1788 ]; then
@@ -47,14 +51,14 @@ done
 
 claim 0 "the shim has no warnings" clang --target=wasm32-wasi --sysroot=/usr -std=c11 -Wall -Wextra \
     -Wpedantic -Wconversion -Wshadow -Werror -fsyntax-only -DPAGE_MODEL=stein1788 -Iinclude -Isrc/core src/page/shim.c
-module=$(find "$XDG_CACHE_HOME" -name 'stein1788-*.wasm')
+module=$(find "$XDG_CACHE_HOME" -name 'block_on_slope-*.wasm')
 if [ -s "$module" ]; then pass; else fail "a module is in the cache"; fi
 : >"$module"
-core=$(find "$XDG_CACHE_HOME" -name 'sim.c.o')
+core=$(find "$XDG_CACHE_HOME" -name 'sim.c.o' -newer "$dir/stein1788.html")
 echo damaged >"$core"
-claim 0 "a damaged module in the cache is made anew" "$stein" page models/stein1788.yaml -o "$dir/again.html"
+claim 0 "a damaged module in the cache is made anew" "$stein" page models/block_on_slope.yaml -o "$dir/again.html"
 if [ "$(wc -c <"$core")" -gt 1000 ]; then pass; else fail "with what is kept of the core"; fi
-same "as it was" "$dir/stein1788.html" "$dir/again.html"
+same "as it was" "$dir/block_on_slope.html" "$dir/again.html"
 
 # ---- numbers need no compiler; the file's words cannot end the script they stand in
 claim 0 "the same page again" env WASM_CC=no-such-clang "$stein" page models/stein1788.yaml -o "$dir/again.html"
@@ -115,7 +119,7 @@ outputs:
   angle: {joint: left, read: position}
 simulation: {dt: 1 ms, until: 1 s}
 YAML
-        for model in bench/rx90.yaml models/slider_crank.yaml "$dir/rods.yaml"; do
+        for model in bench/rx90.yaml "$dir/rods.yaml"; do
             "$stein" page "$model" -o "$dir/$(basename "$model" .yaml).html" >/dev/null 2>&1
         done
         node tests/page/views_test.js "$(command -v chromium)" "$dir/stein1788.html" "$dir/rx90.html" \

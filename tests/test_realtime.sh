@@ -42,7 +42,7 @@ esac
 
 # ---- two threads
 printf '#include <pthread.h>\nstatic void *f(void *p) { return p; }\nint main(void) { pthread_t t; return pthread_create(&t, 0, f, 0) || pthread_join(t, 0); }\n' >"$dir/t.c"
-tsan='-fsanitize=thread -O1 -g -fPIE -pie'
+tsan='-fsanitize=thread -O0 -g -fPIE -pie'
 # shellcheck disable=SC2086
 if ${CC:-cc} $tsan "$dir/t.c" -o "$dir/t" -pthread 2>/dev/null && "$dir/t" 2>/dev/null; then
     # shellcheck disable=SC2086

@@ -98,6 +98,7 @@ typedef struct lab_candidate {
     const char *unit;             /* of the amount */
     lab_side side[LAB_SIDES];
     double limit;       /* plausible largest amount */
+    double number;      /* size of the file's number that it changes; 0: there is none */
     double start;       /* first secant, a share of the limit */
     int joint, channel; /* of its place, -1: none */
     /* records in which it acts, by lab_data.number: all (from 0), one (until = from), from one on
@@ -123,9 +124,12 @@ stein_status lab_candidates(lab_candidate **list, int *n, const lab_model *model
  *  the state after lab_candidate_open. The mechanism without the part is the limit of compliance 0,
  *  or a force or stiffness of 0. */
 void lab_candidate_apply(const lab_candidate *candidate, double amount, double *p);
-/** May its amount be negative? An effect that scales a number of the file may reduce it; where that
- *  number is 0, it can only add. */
+/** May its amount be negative? An effect that changes a number of the file may reduce it, as a
+ *  damping; where that number is 0, it can only add. */
 int lab_candidate_is_signed(const lab_candidate *candidate);
+/** May it be wrong by a mistake? A number of the file is mistyped or taken from the wrong end, an
+ *  instrument scaled for another purpose: its amount may be many limits large. */
+int lab_candidate_is_mistakable(const lab_candidate *candidate);
 /** Name of its amount, and its equation. Where the file's number is 0, an effect that would scale
  * it has no logarithm: its amount is the "change" of the number. */
 const char *lab_candidate_size(const lab_candidate *candidate);

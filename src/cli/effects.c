@@ -118,11 +118,15 @@ static void print_range(const lab_side *side)
 
 static void print_candidate(const stein_model *m, const lab_candidate *c, const char *kind)
 {
-    char limit[CLI_TEXT];
+    char limit[CLI_TEXT], number[CLI_TEXT];
+    int both = c->effect->both_signs && lab_candidate_is_signed(c);
     const char *name = c->nparam > 0 ? m->params[c->param[0]].name : "(a part more)";
     printf("%-20s %-18s %-28s up to %s%s",
            strcmp(kind, c->effect->kind) == 0 ? "" : c->effect->kind, c->place, name,
-           lab_candidate_is_signed(c) ? "+-" : "", cli_quantity(limit, c->limit, c->unit));
+           both ? "+-" : "", cli_quantity(limit, c->limit, c->unit));
+    if (!both && lab_candidate_is_signed(c)) {
+        printf(", or less than the file's %s", cli_quantity(number, c->number, c->unit));
+    }
     for (int k = 0; k < LAB_SIDES && c->side[k].name != NULL; k++) {
         print_range(&c->side[k]);
     }

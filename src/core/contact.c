@@ -80,43 +80,56 @@ ALWAYS void contact_force_at(stein_sim *sim, const site *s, mask on, const meeti
     stein__contact_force(sim, &s->pair, on, at, m->n, m->depth, s->sum, is.of);
 }
 
-/* the most usual places, where all is known of them but the numbers */
-static const shape fixed_line = {1, 0, {1, 1, IN_STAGE}}, moving_line = {1, 0, {0, 1, IN_STAGE}};
-
 #if STEIN_LANES == 1
 
 /* gap and guard of a spot; its force is set to 0 */
-ALWAYS void look(stein_sim *sim, int i, shape is)
+static void note(stein_sim *sim, int i, double depth, double guard)
 {
-    const site *s = &sim->site[i];
-    meeting m = meet(s, is);
-    sim->spot[i] = (spot_force){.gap = -m.depth};
-    sim->guard[i] = is_lifted(sim, s->pair.index) ? -1.0 : guard_of(s, &m, is);
+    sim->spot[i] = (spot_force){.gap = -depth};
+    sim->guard[i] = is_lifted(sim, sim->site[i].pair.index) ? -1.0 : guard;
 }
 
-static void look_at(stein_sim *sim, int i)
+static void look(stein_sim *sim, int i)
 {
-    const site *s = &sim->site[i];
-    switch (s->kind) {
-    case ON_FIXED_LINE: look(sim, i, fixed_line); break;
-    case ON_LINE: look(sim, i, moving_line); break;
-    case ANY_SITE: look(sim, i, shape_of(s)); break;
+    shape is = shape_of(&sim->site[i]);
+    meeting m = meet(&sim->site[i], is);
+    note(sim, i, m.depth, guard_of(&sim->site[i], &m, is));
+}
+
+/* the same of a spot on a line without ends, whose depth is known */
+static void note_depth(stein_sim *sim, int i, double depth)
+{
+    note(sim, i, depth, depth + sim->site[i].pair.normal[STEIN_NORMAL_RANGE]);
+}
+
+/* the spots that are apart, at the end of a step */
+static void look_apart(stein_sim *sim)
+{
+    const stein__group *g = sim->apart.group;
+    for (int k = 0; k < sim->apart.n; k++) {
+        int i = sim->apart.one[k];
+        if (i < 0) {
+            stein__each depth;
+            sim->kernel.depths(g, &depth);
+            for (int lane = 0; lane < g->n; lane++) {
+                note_depth(sim, g->site[lane], depth.of[lane]);
+            }
+            g++;
+        } else if (sim->site[i].pair.solid) {
+            stein__solid_forces(sim, i);
+        } else {
+            look(sim, i);
+        }
     }
 }
 
-/* what is told of spots begins at 0; at the end of a step also where they are */
-static void begin_spots(stein_sim *sim)
+/* what is told of a spot that is on begins at 0 */
+static void begin_spot(stein_sim *sim, int i)
 {
-    for (int i = 0; i < sim->model->nspot; i++) {
-        if (sim->site[i].pair.solid) {
-            if (!sim->mode[i]) {
-                stein__solid_forces(sim, i);
-            }
-        } else if (sim->inside == AT_END) {
-            look_at(sim, i);
-        } else if (sim->mode[i]) {
-            sim->spot[i] = (spot_force){.gap = sim->spot[i].gap};
-        }
+    if (sim->inside == AT_END) {
+        look(sim, i);
+    } else if (stein__records_contacts(sim, sim->inside)) {
+        sim->spot[i] = (spot_force){.gap = sim->spot[i].gap};
     }
 }
 
@@ -126,56 +139,67 @@ static void site_force(stein_sim *sim, int i)
     const site *s = &sim->site[i];
     if (s->pair.solid) {
         stein__solid_forces(sim, i);
-    } else {
-        shape is = shape_of(s);
-        meeting m = meet(s, is);
-        is.of.inside = sim->inside;
-        contact_force_at(sim, s, 1, &m, is);
-    }
-}
-
-/* plain ones, and at the end of a step what they did */
-static void group_forces(stein_sim *sim, const stein__group *g)
-{
-    if (sim->inside == IN_STAGE) {
-        sim->kernel.forces(g);
         return;
     }
+    if (i < sim->model->nspot) {
+        begin_spot(sim, i);
+    }
+    shape is = shape_of(s);
+    meeting m = meet(s, is);
+    is.of.inside = sim->inside;
+    contact_force_at(sim, s, 1, &m, is);
+}
+
+/* plain ones, and what they did */
+static void recorded_forces(stein_sim *sim, const stein__group *g)
+{
     stein__contact_record did;
     sim->kernel.forces_recorded(g, &did);
     for (int k = 0; k < g->n; k++) {
-        const site *s = &sim->site[g->site[k]];
-        touch told = {.pair = &s->pair,
-                      .at = {did.at[0].of[k], did.at[1].of[k]},
-                      .n = {did.n[0].of[k], did.n[1].of[k]},
-                      .normal = did.normal.of[k],
-                      .depth = did.depth.of[k],
-                      .rate = did.rate.of[k],
-                      .speed = did.speed.of[k],
-                      .sum = s->sum};
-        stein__record_contact(sim, &told, did.slip.of[k], did.grip.of[k], did.tangent.of[k]);
+        int i = g->site[k];
+        const site *s = &sim->site[i];
+        if (sim->inside == AT_END && s->endless) {
+            note_depth(sim, i, did.depth.of[k]);
+        } else if (i < sim->model->nspot) {
+            begin_spot(sim, i);
+        }
+        sim->touch[sim->ntouch] = (touch){.pair = &s->pair,
+                                          .at = {did.at[0].of[k], did.at[1].of[k]},
+                                          .n = {did.n[0].of[k], did.n[1].of[k]},
+                                          .normal = did.normal.of[k],
+                                          .depth = did.depth.of[k],
+                                          .rate = did.rate.of[k],
+                                          .speed = did.speed.of[k],
+                                          .sum = s->sum};
+        stein__record_contact(sim, did.slip.of[k], did.grip.of[k], did.tangent.of[k]);
     }
 }
 
 void stein__site_forces(stein_sim *sim)
 {
-    const stein__group *g = sim->group;
+    const stein__group *g = sim->active.group;
     if (sim->inside != IN_STAGE) {
         stein__find_active(sim);
     }
-    if (stein__records_contacts(sim, sim->inside)) {
-        begin_spots(sim);
+    if (sim->inside == AT_END) {
+        look_apart(sim);
     }
-    for (int k = 0; k < sim->nactive; k++) {
-        if (sim->active[k] < 0) {
-            group_forces(sim, g++);
+    for (int k = 0; k < sim->active.n; k++) {
+        int i = sim->active.one[k];
+        if (i >= 0) {
+            site_force(sim, i);
+        } else if (sim->inside == IN_STAGE) {
+            sim->kernel.forces(g++);
         } else {
-            site_force(sim, sim->active[k]);
+            recorded_forces(sim, g++);
         }
     }
 }
 
 #else
+
+/* the most usual places, where all is known of them but the numbers */
+static const shape fixed_line = {1, 0, {1, 1, IN_STAGE}}, moving_line = {1, 0, {0, 1, IN_STAGE}};
 
 /* the forces of a place, without a note of them; at the end of a step also the guard of a spot */
 ALWAYS void force_where_on(stein_sim *sim, int i, mask on, shape is)

@@ -42,12 +42,15 @@ typedef struct stein__contact_kernel {
     int most;
     void (*forces)(const stein__group *g);
     void (*forces_recorded)(const stein__group *g, stein__contact_record *record);
+    void (*depths)(const stein__group *g, stein__each *depth);
 } stein__contact_kernel;
 
-/** The forces of two, four places into their wrenches, in order; and what they did. */
+/** The forces of two, four places into their wrenches, in order; and what they did; depths only. */
 void stein__contact_forces2(const stein__group *g);
 void stein__contact_forces2_recorded(const stein__group *g, stein__contact_record *record);
+void stein__contact_depths2(const stein__group *g, stein__each *depth);
 void stein__contact_forces4(const stein__group *g);
 void stein__contact_forces4_recorded(const stein__group *g, stein__contact_record *record);
+void stein__contact_depths4(const stein__group *g, stein__each *depth);
 
 #endif

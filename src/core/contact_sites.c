@@ -47,9 +47,11 @@ static site site_of_notch(stein_sim *sim, int i)
 #if STEIN_LANES == 1
 static stein__contact_kernel widest(void)
 {
-    stein__contact_kernel two = {2, stein__contact_forces2, stein__contact_forces2_recorded};
+    stein__contact_kernel two = {2, stein__contact_forces2, stein__contact_forces2_recorded,
+                                 stein__contact_depths2};
 #if STEIN_WIDEST == 8
-    stein__contact_kernel four = {4, stein__contact_forces4, stein__contact_forces4_recorded};
+    stein__contact_kernel four = {4, stein__contact_forces4, stein__contact_forces4_recorded,
+                                  stein__contact_depths4};
     return stein__processor_lanes() >= 4 ? four : two;
 #else
     return two;
@@ -145,7 +147,7 @@ static void prepare_notch(site *s, const real *d, int place)
 INNER void stein__pairs_prepare(stein_sim *sim)
 {
     int nspot = sim->model->nspot;
-    sim->nactive = -1;
+    sim->active.n = -1;
     for (int i = 0; i < sim->nsite; i++) {
         site *s = &sim->site[i];
         prepare_pair(sim, &s->pair);
@@ -184,55 +186,62 @@ static void put_in_lane(stein__group *g, int k, const site *s)
     g->inverse_vt.of[k] = p->inverse_vt;
 }
 
-/* the unused places of a group */
-static void fill_lanes(stein__group *g, int most, const site *last)
+/* The unused lanes of a group repeat its last place. */
+static void put_in_group(stein_sim *sim, stein__group *g, int i)
 {
-    for (int k = g->n; k < most; k++) {
-        put_in_lane(g, k, last);
+    for (int k = g->n; k < sim->kernel.most; k++) {
+        put_in_lane(g, k, &sim->site[i]);
+    }
+    g->site[g->n++] = i;
+}
+
+/* The sites of the first n that are on, or that are not. Plain sites that follow each other are a
+ * group: forces are summed in the order of sites. */
+static void list(stein_sim *sim, places *p, int n, int on)
+{
+    stein__group *g = NULL, *next = p->group;
+    p->n = 0;
+    for (int i = 0; i < n; i++) {
+        const site *s = &sim->site[i];
+        if (sim->mode[s->guard] != on) {
+            continue;
+        }
+        if (s->kind == ANY_SITE || !(on || s->endless)) {
+            p->one[p->n++] = i;
+            g = NULL;
+            continue;
+        }
+        if (g == NULL || g->n == sim->kernel.most) {
+            p->one[p->n++] = -1;
+            g = next++;
+            g->n = 0;
+        }
+        put_in_group(sim, g, i);
     }
 }
 
-/* Plain sites that follow each other are a group: forces are summed in the order of sites. */
-static void list_active(stein_sim *sim)
+/* By words: behind both there is room, which a copy has filled alike. (For a dozen bytes a call of
+ * memcmp takes longer.) */
+static int differs(const unsigned char *a, const unsigned char *b, int n)
 {
-    int room = 0, n = -1; // places left in the last group, the last group
-    const site *last = NULL;
-    sim->nactive = 0;
-    for (int i = 0; i < sim->nsite; i++) {
-        const site *s = &sim->site[i];
-        if (!sim->mode[s->guard]) {
-            continue;
+    for (int i = 0; i < n; i += 8) {
+        uint64_t x, y;
+        memcpy(&x, a + i, sizeof x);
+        memcpy(&y, b + i, sizeof y);
+        if (x != y) {
+            return 1;
         }
-        if (room > 0 && s->kind == ANY_SITE) {
-            fill_lanes(&sim->group[n], sim->kernel.most, last);
-        }
-        if (s->kind == ANY_SITE) {
-            sim->active[sim->nactive++] = i;
-            room = 0;
-            continue;
-        }
-        if (room == 0) {
-            sim->active[sim->nactive++] = -1;
-            room = sim->kernel.most;
-            sim->group[++n].n = 0;
-        }
-        stein__group *g = &sim->group[n];
-        put_in_lane(g, g->n, s);
-        g->site[g->n++] = i;
-        last = s;
-        room--;
     }
-    if (room > 0) {
-        fill_lanes(&sim->group[n], sim->kernel.most, last);
-    }
+    return 0;
 }
 
 void stein__find_active(stein_sim *sim)
 {
-    size_t n = (size_t)sim->nguard;
-    if (sim->nactive < 0 || memcmp(sim->as_of, sim->mode, n) != 0) {
-        memcpy(sim->as_of, sim->mode, n);
-        list_active(sim);
+    int n = sim->nguard;
+    if (sim->active.n < 0 || differs(sim->as_of, sim->mode, n)) {
+        memcpy(sim->as_of, sim->mode, (size_t)(n + 7) / 8 * 8);
+        list(sim, &sim->active, sim->nsite, 1);
+        list(sim, &sim->apart, sim->model->nspot, 0);
     }
 }
 

@@ -160,14 +160,11 @@ static inline void copy(real *restrict to, const real *restrict from, int n)
     }
 }
 
+/* n numbers and up to three more behind them */
 static inline void clear(real *x, int n)
 {
-    int j = 0;
-    for (; j + 3 < n; j += 4) {
-        memset(x + j, 0, 4 * sizeof *x);
-    }
-    for (; j < n; j++) {
-        x[j] = same(0.0);
+    for (; n > 0; n -= 4, x += 4) {
+        memset(x, 0, 4 * sizeof *x);
     }
 }
 
@@ -213,7 +210,16 @@ enum { STEIN__FREE = -1, STEIN__HELD = -2 };
 int stein__driver_of(const stein_sim *sim, int joint);
 int stein__is_driven(const stein_sim *sim, int joint);
 /* stein__drive from a state {q, qd}; the simulation's own joints onto their signals, now */
-void stein__drive_from(stein_sim *sim, double t, const double *q, const double *qd);
+static inline void stein__drive_from(stein_sim *sim, double t, const double *q, const double *qd)
+{
+    if (q != sim->xq) {
+        copy(sim->xq, q, sim->model->nq);
+        copy(sim->xqd, qd, sim->model->nq);
+    }
+    if (sim->signals) {
+        stein__drive(sim, t);
+    }
+}
 void stein__place_driven(stein_sim *sim);
 #endif
 
@@ -461,8 +467,10 @@ stein_status stein__run_controlled(stein_sim *sim, double t_end, stein_pace *pac
 void stein__pace_end(stein_sim *sim, stein_pace *pace, double t_end);
 /* ENONFINITE where the end of the trial step of h is no number */
 stein_status stein__check_finite(stein_sim *sim, double h, stein_err *err);
+/* step_remainder.c: what touches where a step begins, out of the way of its evaluations */
+void stein__keep_touches(stein_sim *sim);
 /* step_remainder.c: an abrupt trial step to `target`, if it is too long for a contact: *taken,
- * implicitly. Else it stays as it is, and the forces are not those of its end (KNOWN). lost: its
+ * implicitly. Else it stays as it is, and the forces are not those of its end (TOLD). lost: its
  * end is no number.
  * @return as stein__take_rest */
 stein_status stein__take_abrupt(stein_sim *sim, double target, int lost, int *taken,

@@ -28,7 +28,7 @@ void stein__probe(stein_sim *sim, const touch *t, int across)
         return;
     }
     vec2 direction = across ? (vec2){t->n.z, -t->n.x} : t->n;
-    memset(sim->wrench, 0, sizeof *sim->wrench * (size_t)sim->model->nframe);
+    clear(&sim->wrench->x, 3 * sim->model->nframe);
     apply(sim, t->pair->frame[0], t->at, direction);
     apply(sim, t->pair->frame[1], t->at, (vec2){-direction.x, -direction.z});
     stein__wrenches_to_joints(sim);

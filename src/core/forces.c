@@ -133,20 +133,17 @@ ALWAYS real joint_friction(const stein_sim *sim, int k, real slip, real grip)
 static void joint_forces(stein_sim *sim)
 {
     const stein_model *model = sim->model;
-    int records = stein__records_contacts(sim, sim->inside);
-    for (int k = 0; k < sim->nacting; k++) {
-        const acting *a = &sim->acting[k];
-        real q = sim->xq[a->joint], qd = sim->xqd[a->joint];
-        real slip = qd * a->inverse_vt, grip = stein__tanh(slip), *Q = &sim->Q[a->joint];
-        if (records || (STEIN_LANES == 1 && !a->plain)) {
-            sim->slip[sim->ntouch + k] = slip;
-            sim->grip[sim->ntouch + k] = grip;
-        }
+    const acting *a = sim->acting, *end = a + sim->nacting;
+    real *slip = sim->slip + sim->ntouch, *grip = sim->grip + sim->ntouch;
+    for (int k = 0; a < end; k++, a++) {
+        real q = sim->xq[a->joint], qd = sim->xqd[a->joint], *Q = &sim->Q[a->joint];
+        slip[k] = qd * a->inverse_vt;
+        grip[k] = stein__tanh(slip[k]);
         if (a->plain) {
-            real friction = a->law[STEIN_JOINT_FRICTION + STEIN_FRICTION_A] * grip;
+            real friction = a->law[STEIN_JOINT_FRICTION + STEIN_FRICTION_A] * grip[k];
             *Q += stein__joint(a->law, a->parts & plain_parts, q, qd, friction);
         } else {
-            *Q += stein__joint(a->law, a->parts, q, qd, joint_friction(sim, k, slip, grip));
+            *Q += stein__joint(a->law, a->parts, q, qd, joint_friction(sim, k, slip[k], grip[k]));
         }
     }
     for (int i = 0; i < model->nlimit; i++) {

@@ -177,15 +177,4 @@ void stein__place_driven(stein_sim *sim)
     memcpy(sim->qd, sim->xqd, size);
 }
 
-void stein__drive_from(stein_sim *sim, double t, const double *q, const double *qd)
-{
-    if (q != sim->xq) {
-        copy(sim->xq, q, sim->model->nq);
-        copy(sim->xqd, qd, sim->model->nq);
-    }
-    if (sim->signals) {
-        stein__drive(sim, t);
-    }
-}
-
 #endif

@@ -118,6 +118,14 @@ static void carve_sticks(stein__sticks *s, arena *a, const stein_model *m)
     s->done = carve(a, (size_t)n);
 }
 
+#if STEIN_LANES == 1
+static void carve_places(places *p, arena *a, int n)
+{
+    p->one = carve(a, sizeof *p->one * (size_t)n);
+    p->group = carve(a, sizeof *p->group * (size_t)n);
+}
+#endif
+
 static void carve_all(stein_sim *s, arena *a, const stein_model *m)
 {
     int nq = m->nq;
@@ -133,20 +141,21 @@ static void carve_all(stein_sim *s, arena *a, const stein_model *m)
     s->nsite = m->nspot + NOTCH_REGION * m->nnotch;
     s->site = carve(a, sizeof *s->site * (size_t)s->nsite);
 #if STEIN_LANES == 1
-    s->active = carve(a, sizeof *s->active * (size_t)s->nsite);
-    s->group = carve(a, sizeof *s->group * (size_t)s->nsite);
+    carve_places(&s->active, a, s->nsite);
+    carve_places(&s->apart, a, m->nspot);
     s->as_of = carve(a, (size_t)s->nguard);
 #endif
     s->qdd = reals(a, nq);
     s->guard = reals(a, s->nswitch);
     s->spot = carve(a, sizeof *s->spot * (size_t)m->nspot);
     s->beak = carve(a, sizeof *s->beak * (size_t)m->nnotch);
-    s->Q = reals(a, nq);
+    s->Q = reals(a, nq + 3); // as clear() needs it
     s->pose = behind_first(a, sizeof *s->pose, m->nframe);
     s->touch = carve(a, sizeof *s->touch * (size_t)s->nsite);
+    s->begin = carve(a, sizeof *s->begin * (size_t)s->nsite);
     s->slip = reals(a, s->nsite + nq);
     s->grip = reals(a, s->nsite + nq);
-    s->wrench = behind_first(a, sizeof *s->wrench, m->nframe);
+    s->wrench = behind_first(a, sizeof *s->wrench, m->nframe + 1); // likewise
     s->pose3 = behind_first(a, sizeof *s->pose3, m->npose3);
     s->wrench3 = behind_first(a, sizeof *s->wrench3, m->npose3);
     s->touch3 = carve(a, sizeof *s->touch3 * (size_t)(m->npose3 > 0 ? m->nspot : 0));
@@ -164,16 +173,16 @@ static void carve_all(stein_sim *s, arena *a, const stein_model *m)
     s->x = reals(a, s->width);
     s->xq = part(a, s->x, 0);
     s->xqd = part(a, s->x, nq);
-    s->y0 = reals(a, s->width);
-    s->y1 = reals(a, s->width);
-    s->k = reals(a, 7 * s->width);
-    s->e = reals(a, s->width);
+    s->stride = nq + s->width;
+    s->y0 = reals(a, 7 * s->stride);
+    s->k = part(a, s->y0, nq);
     s->q0 = part(a, s->y0, 0);
     s->qd0 = part(a, s->y0, nq);
-    s->q1 = part(a, s->y1, 0);
-    s->qd1 = part(a, s->y1, nq);
-    s->qdd0 = part(a, s->k, nq);
-    s->qdd1 = part(a, s->k, 6 * s->width + nq);
+    s->qdd0 = part(a, s->y0, 2 * nq);
+    s->q1 = part(a, s->y0, 6 * s->stride);
+    s->qd1 = part(a, s->q1, nq);
+    s->qdd1 = part(a, s->q1, 2 * nq);
+    s->e = reals(a, s->width);
     s->zero = reals(a, 3 * nq + STEIN__SUMS);
     s->work = doubles(a, nq * nq + 2 * nq);
     s->root = doubles(a, s->nswitch);

@@ -12,10 +12,10 @@
 #include "core.h"
 
 #if STEIN_LANES == 1
-/* a place is kept for queries, and its forces are added to f */
-ALWAYS void stein__record_contact(stein_sim *sim, const touch *t, double slip, double grip,
-                                  double tangent)
+/* the place touch[ntouch] is kept for queries, and its forces are added to what is told */
+ALWAYS void stein__record_contact(stein_sim *sim, double slip, double grip, double tangent)
 {
+    const touch *t = &sim->touch[sim->ntouch];
     spot_force *f = t->sum;
     if (t->depth > f->depth) {
         f->depth = t->depth;
@@ -25,7 +25,7 @@ ALWAYS void stein__record_contact(stein_sim *sim, const touch *t, double slip, d
     f->tangent += tangent;
     sim->slip[sim->ntouch] = slip;
     sim->grip[sim->ntouch] = grip;
-    sim->touch[sim->ntouch++] = *t;
+    sim->ntouch++;
 }
 #endif
 
@@ -93,8 +93,8 @@ ALWAYS void stein__contact_force(stein_sim *sim, const pair *p, mask on, vec2 at
     }
 #if STEIN_LANES == 1
     if (!known.plain && stein__records_contacts(sim, known.inside)) {
-        touch told = {p, at, n, normal, depth, rate, speed, f};
-        stein__record_contact(sim, &told, slip, grip, tangent);
+        sim->touch[sim->ntouch] = (touch){p, at, n, normal, depth, rate, speed, f};
+        stein__record_contact(sim, slip, grip, tangent);
     }
 #else
     (void)f;

@@ -183,7 +183,7 @@ static void carry(void *ctx, stein_sim *sim, double h)
     int size = 2 * s->model->nq, stages = stein__stages(sim->def.integrator);
     for (int i = 0; is_well(s) && i < stages; i++) {
         const double *a = stein__weights(sim->def.integrator, i);
-        combine(size, s->y, sim->y0, h, a, i, sim->k, sim->width);
+        combine(size, s->y, sim->y0, h, a, i, sim->k, sim->stride);
         if (!derive_at(s, sim->head->t, s->y, s->y + s->model->nq, NULL)) {
             return;
         }

@@ -16,7 +16,7 @@ enum { NOTCH_TIP, NOTCH_CORNER, NOTCH_FACE, NOTCH_REGION, NOTCH_GUARDS };
 /* numbers that a register holds: alone two, in lanes one of each lane; four registers are a block
  */
 #if STEIN_LANES == 1
-typedef double some __attribute__((vector_size(16)));
+typedef double some __attribute__((vector_size(16), aligned(8)));
 #define SOME(x) ((some){x, x})
 #else
 typedef real some;
@@ -24,8 +24,9 @@ typedef real some;
 #endif
 enum { STEIN__SUMS = 4 * sizeof(some) / sizeof(real) };
 
-/* of the last evaluation nothing, qdd alone, or all of it belongs to the current state */
-enum { STALE, KNOWN, FRESH };
+/* of the last evaluation nothing, qdd alone, qdd and touches, or all of it belongs to the current
+ * state */
+enum { STALE, KNOWN, TOLD, FRESH };
 
 /* Where an evaluation is in a step. INSIDE: guards and gaps of places that are apart are left out.
  * IN_STAGE, a stage of a trial step: the forces of single places are left out, too. */
@@ -181,6 +182,13 @@ typedef struct stein__sticks {
     int off;                   /* 1: nothing sticks or rubs where it could stick (equilibrium.c) */
 } stein__sticks;
 
+/** Sites in order, plain ones that follow each other in groups. */
+typedef struct places {
+    int *one; /* [n] a site, or -1: the next group */
+    int n;
+    stein__group *group;
+} places;
+
 /** How implicit steps are made (implicit.c). */
 typedef struct stein__implicit {
     stein_status (*trial)(stein_sim *sim, double h, stein_err *err); /* as stein__trial */
@@ -223,19 +231,18 @@ struct stein_sim {
     site *site; /* [nsite] spots, then three a notch: tip, corner, face */
     int nsite;
     stein__contact_kernel kernel; /* forces of plain sites */
-    int *active; /* [nactive] contacts that are on, in order: a site, or -1: the next group */
-    int nactive; /* -1: not known */
-    stein__group *group;  /* [nsite] */
-    unsigned char *as_of; /* [nguard] the modes that this belongs to */
+    places active;                /* contacts that are on; n is -1: not known */
+    places apart;                 /* spots that are not */
+    unsigned char *as_of;         /* [nguard] the modes that this belongs to */
 
     /* result of the last evaluation (stein__evaluate) */
-    real *qdd;        /* [nq] */
-    real *guard;      /* [nswitch] */
-    spot_force *spot; /* [nspot] */
-    spot_force *beak; /* [nnotch] resultant; gap holds the overlap s [m] */
-    real *Q;          /* [nq] */
-    int fresh;        /* what of the above belongs to the current state: STALE, KNOWN, FRESH */
-    long long trials; /* of steps of controlled error, since it was created */
+    real *qdd;                 /* [nq] */
+    real *guard;               /* [nswitch] */
+    spot_force *spot;          /* [nspot] */
+    spot_force *beak;          /* [nnotch] resultant; gap holds the overlap s [m] */
+    real *Q;                   /* [nq] */
+    int fresh;                 /* what of the above belongs to the current state: STALE .. FRESH */
+    long long trials;          /* of steps of controlled error, since it was created */
     stein_step_counts counts;  /* those that were taken */
     stein__implicit *implicit; /* NULL: none */
     place_in_step inside;
@@ -245,6 +252,8 @@ struct stein_sim {
     stein_pose *pose; /* [nframe], and at -1 that of the fixed frame */
     touch *touch;     /* [ntouch], up to nsite */
     int ntouch;
+    touch *begin; /* [nbegin] where a fixed step began; nbegin is -1: not known */
+    int nbegin;
     real *slip, *grip;            /* u = v / vt of touches, then of acting joints, and its tanh */
     wrench *wrench;               /* [nframe], and at -1 what is not asked for */
     stein_pose3 *pose3;           /* [npose3], and at -1 that of the fixed frame */
@@ -257,8 +266,9 @@ struct stein_sim {
     real *ustate;                 /* [3*ninput] signals at the last evaluation */
     real *px, *pv, *pJ, *pa;      /* points */
     int width;                    /* 2*nq rounded up: a state {q, qd} in blocks of STEIN__SUMS */
-    real *y0, *y1;                /* [width] trial step: where it began, its end */
-    real *k;                      /* [7*width] its derivatives {qd, qdd}: stages, end */
+    int stride;                   /* of rows {q, qd, qdd}, nq + width */
+    real *y0;                     /* [7*stride] trial step: where it began, stages, its end */
+    real *k;                      /* the derivatives {qd, qdd} in these rows */
     real *q1, *qd1, *qdd0, *qdd1; /* [nq] parts of them: end, derivatives at both ends */
     real *q0, *qd0;               /* [nq] where it began */
     real *e;                      /* [width] its error */

@@ -179,7 +179,7 @@ stein_status stein__singular_derive(stein_sim *sim, double t, int at_end, double
     if (!close && !at_end) {
         put_on_loops(sim, t);
     }
-    memcpy(k, sim->xqd, sizeof *k * (size_t)n);
+    memmove(k, sim->xqd, sizeof *k * (size_t)n); // it may be there already
     if (status == STEIN_OK) {
         status = stein__evaluate(sim, t, sim->xq, sim->xqd, k + n, err);
     }

@@ -155,9 +155,9 @@ static void sphere_force(stein_sim *sim, const site *s, const meeting3 *m, spot_
     apply3(sim, p, where->at, force);
     f->depth = m->depth;
     f->rate = rate;
-    touch told = {
+    sim->touch[sim->ntouch] = (touch){
         .pair = p, .normal = normal, .depth = m->depth, .rate = rate, .speed = speed, .sum = f};
-    stein__record_contact(sim, &told, slip, grip, rub);
+    stein__record_contact(sim, slip, grip, rub);
 }
 
 void stein__solid_forces(stein_sim *sim, int spot)

@@ -369,10 +369,12 @@ void stein__accept(stein_sim *sim, double t1)
 stein_status stein__try(stein_sim *sim, double h, int implicit, stein_err *err)
 {
     stein_status status = STEIN_OK;
-    if (!stein__is_controlled(sim->def.integrator)) {
-        stein__singular_look(sim, h);
+    if (sim->model->nrow > 0) {
+        if (!stein__is_controlled(sim->def.integrator)) {
+            stein__singular_look(sim, h);
+        }
+        sim->loop.near = stein__singular_is_near(sim, h);
     }
-    sim->loop.near = stein__singular_is_near(sim, h);
     if (implicit && sim->loop.near) {
         sim->counts.refused = "loops are near a singular position";
         implicit = 0;
@@ -426,6 +428,7 @@ static stein_status substep_in_chart(stein_sim *sim, double target, int n, stein
         return status;
     }
     double h = target - sim->head->t;
+    stein__keep_touches(sim);
     stein_status tried = stein__try(sim, h, 0, NULL);
     int lost = tried == STEIN_ENONFINITE, taken = 0;
     int abrupt = lost || (tried == STEIN_OK && stein__abrupt(sim, h));
@@ -438,7 +441,7 @@ static stein_status substep_in_chart(stein_sim *sim, double target, int n, stein
     }
     if (!stein__any_crossed(sim)) {
         stein__accept(sim, target);
-        sim->fresh = abrupt ? KNOWN : sim->fresh;
+        sim->fresh = abrupt ? TOLD : sim->fresh;
         return STEIN_OK;
     }
     int located = n < most_located(sim);
@@ -465,7 +468,7 @@ static stein_status substep_in_chart(stein_sim *sim, double target, int n, stein
 static stein_status substep(stein_sim *sim, double target, int n, stein_err *err)
 {
     stein_status status = substep_in_chart(sim, target, n, err);
-    if (status == STEIN_OK) {
+    if (status == STEIN_OK && sim->model->nball > 0) {
         (void)stein__rechart(sim);
     }
     return status;

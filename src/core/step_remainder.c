@@ -52,34 +52,35 @@ typedef struct tangent {
     double per_mass; /* 1/m along the normal */
 } tangent;
 
-/* The slope of a normal force by differences: pages and FMUs of explicit steps go without the
- * exact derivatives. */
-static double slope(const touch *t, double x, double rate, double dx, double drate)
+static double larger(double a, double b)
 {
-    const double *law = t->pair->normal;
-    int parts = t->pair->parts;
-    return (stein__normal(law, parts, x + dx, rate + drate) - stein__normal(law, parts, x, rate)) /
-           (dx + drate);
+    return a > b ? a : b;
 }
 
-/* K and B at the depth x */
+static double normal_at(const touch *t, double x, double rate)
+{
+    return stein__normal(t->pair->normal, t->pair->parts, x, rate);
+}
+
+/* K and B at the depth x. By differences: pages and FMUs of explicit steps go without the exact
+ * derivatives. */
 static void slopes(const touch *t, double x, double *K, double *B)
 {
-    *K = fmax(slope(t, x, t->rate, little, 0.0), 0.0);
-    *B = fmax(slope(t, x, t->rate, 0.0, slow), 0.0);
+    double f = normal_at(t, x, t->rate);
+    *K = (normal_at(t, x + little, t->rate) - f) / little;
+    *B = larger((normal_at(t, x, t->rate + slow) - f) / slow, 0.0);
 }
 
 static tangent linear(const touch *t, double h, double x)
 {
-    double K = slope(t, x, t->rate, little, 0.0), missing = 0.0;
+    double K, B, missing = 0.0;
+    slopes(t, x, &K, &B);
     if (t->depth < little) {
-        double f = stein__normal(t->pair->normal, t->pair->parts, x, t->rate);
-        missing = f + K * (t->depth - x) - t->normal;
+        missing = normal_at(t, x, t->rate) + K * (t->depth - x) - t->normal;
     }
-    return (tangent){.K = fmax(K, 0.0),
-                     .B = fmax(slope(t, x, t->rate, 0.0, slow), 0.0),
-                     .e = missing + h * K * t->rate,
-                     .spring = fmax(slope(t, x, 0.0, little, 0.0), 0.0)};
+    double spring = (normal_at(t, x + little, 0.0) - normal_at(t, x, 0.0)) / little;
+    return (tangent){
+        .K = larger(K, 0.0), .B = B, .e = missing + h * K * t->rate, .spring = larger(spring, 0.0)};
 }
 
 /* p [nq] into Q, 1/m along it; M = L^T D L is factored */
@@ -87,12 +88,12 @@ static double per_mass(stein_sim *sim, const touch *t, const double *M)
 {
     int n = sim->model->nq, given = stein__prescribes(sim);
     double *p = sim->Q, *y = sim->e, sum = 0.0; // y = L^-T p
-    memset(p, 0, sizeof *p * (size_t)n);
+    clear(p, n);
     stein__probe(sim, t, 0);
-    for (int j = 0; j < n; j++) {
-        p[j] = given && stein__is_driven(sim, j) ? 0.0 : p[j];
-        y[j] = p[j];
+    for (int j = 0; given && j < n; j++) {
+        p[j] = stein__is_driven(sim, j) ? 0.0 : p[j];
     }
+    copy(y, p, n);
     for (int k = n - 1; k >= 0; k--) {
         for (int i = sim->parent[k]; i >= 0; i = sim->parent[i]) {
             y[i] -= M[k * n + i] * y[k];
@@ -120,7 +121,7 @@ static int assemble(stein_sim *sim, double *A, double *M, double *b)
 /* Does a touch press by the end of a step of h? */
 static int touches_within(const touch *t, double h)
 {
-    return fmax(t->depth, t->depth + h * t->rate) > 0.0;
+    return t->depth > 0.0 || t->depth + h * t->rate > 0.0;
 }
 
 /* dqd [n] into b, of the state that was evaluated. @return 0, -1: M is singular, or a whole
@@ -137,7 +138,7 @@ static int solve(stein_sim *sim, double h, double *b)
         if (!touches_within(t, h)) {
             continue;
         }
-        tangent f = linear(t, h, fmax(t->depth, little));
+        tangent f = linear(t, h, larger(t->depth, little));
         f.per_mass = per_mass(sim, t, M);
         if (h * sqrt(f.spring * f.per_mass) > bounce) {
             return -1;
@@ -207,14 +208,34 @@ static int is_too_long(stein_sim *sim, double h, double share)
     for (int k = 0; k < sim->ntouch; k++) {
         const touch *t = &sim->touch[k];
         if (touches_within(t, h)) {
-            double K, B;
-            slopes(t, fmax(fmax(t->depth, t->depth + share * h * t->rate), little), &K, &B);
-            if (h * (B + h * K) * per_mass(sim, t, sim->work) > too_long) {
+            double K, B, depth = larger(t->depth, t->depth + share * h * t->rate);
+            slopes(t, larger(depth, little), &K, &B);
+            if (h * (B + h * larger(K, 0.0)) * per_mass(sim, t, sim->work) > too_long) {
                 return 1;
             }
         }
     }
     return 0;
+}
+
+static void swap_touches(stein_sim *sim)
+{
+    touch *begin = sim->touch;
+    int nbegin = sim->ntouch;
+    sim->touch = sim->begin;
+    sim->ntouch = sim->nbegin;
+    sim->begin = begin;
+    sim->nbegin = nbegin;
+}
+
+/* In space there is more to a touch. */
+void stein__keep_touches(stein_sim *sim)
+{
+    if (sim->fresh >= TOLD && sim->model->npose3 == 0) {
+        swap_touches(sim);
+    } else {
+        sim->nbegin = -1;
+    }
 }
 
 stein_status stein__take_abrupt(stein_sim *sim, double target, int lost, int *taken, stein_err *err)
@@ -223,12 +244,16 @@ stein_status stein__take_abrupt(stein_sim *sim, double target, int lost, int *ta
     if (!knows_implicit(sim)) {
         return STEIN_OK;
     }
-    stein_status status = evaluate(sim, err);
-    if (status != STEIN_OK) {
-        return status;
+    stein_status status = STEIN_OK;
+    swap_touches(sim);
+    if (sim->ntouch >= 0) {
+        stein__place(sim);
+    } else {
+        status = evaluate(sim, err);
     }
-    *taken = is_too_long(sim, h, lost ? 1.0 : 0.5);
-    status = *taken ? evaluate(sim, err) : STEIN_OK;
+    *taken = status == STEIN_OK && is_too_long(sim, h, lost ? 1.0 : 0.5);
+    swap_touches(sim);
+    status = *taken ? evaluate(sim, err) : status;
     return status == STEIN_OK && *taken ? step_implicitly(sim, target, err) : status;
 }
 

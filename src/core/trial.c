@@ -62,7 +62,7 @@ int stein__stages(stein_integrator integrator)
 
 double stein__explicit_stiffness(const stein_sim *sim, double h)
 {
-    int n = sim->model->nq, apart = sim->width, end = dp5.stages;
+    int n = sim->model->nq, apart = sim->stride, end = dp5.stages;
     const double *g6 = sim->k + (end - 1) * apart, *y7 = sim->k + end * apart;
     double by = 0.0, df = 0.0;
     for (int j = 0; j < 2 * n; j++) {
@@ -87,13 +87,13 @@ const double *stein__weights(stein_integrator integrator, int i)
  * of such sums at a time */
 static void combine(const stein_sim *sim, const double *w, int n, real h, const real *y0, real *y)
 {
-    int width = sim->width;
+    int width = sim->width, stride = sim->stride;
     for (int at = 0; at < width; at += STEIN__SUMS) {
         const some *from = (const some *)(const void *)(y0 + at);
         some *to = (some *)(void *)(y + at);
         some s0 = from[0], s1 = from[1], s2 = from[2], s3 = from[3];
         const real *each = sim->k + at;
-        for (int i = 0; i < n; i++, each += width) {
+        for (int i = 0; i < n; i++, each += stride) {
             const some *k = (const some *)(const void *)each;
             if (w[i] != 0.0) {
                 real weight = h * w[i];
@@ -111,16 +111,29 @@ static void combine(const stein_sim *sim, const double *w, int n, real h, const 
     }
 }
 
-/* the derivative {qd, qdd} at the state in x into stage i */
-static stein_status derive(stein_sim *sim, int i, real t, stein_err *err)
+/* The state of row i from n stages. It is evaluated where it is, unless joints follow signals: what
+ * is given counts in forces, but not in sums of stages. */
+static void stand(stein_sim *sim, int i, const double *w, int n, real h)
 {
-    real *k = sim->k + i * sim->width;
+    real *row = sim->y0 + i * sim->stride;
+    combine(sim, w, n, h, sim->y0, row);
+    if (sim->motions) {
+        copy(sim->x, row, 2 * sim->model->nq);
+    } else {
+        sim->xq = row;
+        sim->xqd = row + sim->model->nq;
+    }
+}
+
+/* qdd into row i */
+ALWAYS stein_status derive(stein_sim *sim, int i, real t, stein_err *err)
+{
+    real *k = sim->k + i * sim->stride;
 #if STEIN_LANES == 1
     if (sim->loop.near) {
         return stein__singular_derive(sim, t, i == MAX_STAGES, k, err);
     }
 #endif
-    copy(k, sim->xqd, sim->model->nq);
     return stein__evaluate(sim, t, sim->xq, sim->xqd, k + sim->model->nq, err);
 }
 
@@ -158,7 +171,8 @@ INNER stein__grade stein__graded(const stein_sim *sim, real h, real tolerance, r
  * makes energy the last stage alone may be huge, and with it the end. DP5 has an estimate. */
 static real doubt(const stein_sim *sim, real h)
 {
-    const real *k1 = sim->k, *k2 = k1 + sim->width, *k3 = k2 + sim->width, *k4 = k3 + sim->width;
+    const real *k1 = sim->k, *k2 = k1 + sim->stride, *k3 = k2 + sim->stride;
+    const real *k4 = k3 + sim->stride;
     int nq = sim->model->nq;
     real most = same(0.0);
     if (sim->def.integrator != STEIN_RK4) {
@@ -180,29 +194,20 @@ INNER mask stein__abrupt(const stein_sim *sim, real h)
     return more(doubt(sim, h), share * speed);
 }
 
-/* The end derivative is stage 6 of every tableau. */
-INNER stein_status stein__trial(stein_sim *sim, real t, real h, stein_err *err)
+/* The end is row 6 of every tableau. */
+static stein_status make_rows(stein_sim *sim, const tableau *rk, real t, real h, stein_err *err)
 {
-    const tableau *rk = sim->def.integrator == STEIN_RK4 ? &rk4 : &dp5;
-    int nq = sim->model->nq;
     stein_status status = STEIN_OK;
-    copy(sim->q0, sim->q, nq);
-    copy(sim->qd0, sim->qd, nq);
-    copy(sim->qdd0, sim->qdd, nq);
-    copy(sim->k, sim->qd, nq);
-#if STEIN_LANES == 1
-    stein__find_active(sim);
-#endif
     sim->inside = IN_STAGE;
     for (int i = 1; status == STEIN_OK && i < rk->stages; i++) {
-        combine(sim, rk->a[i], i, h, sim->y0, sim->x);
+        stand(sim, i, rk->a[i], i, h);
         status = derive(sim, i, t + rk->c[i] * h, err);
     }
     sim->inside = AT_END;
     if (status != STEIN_OK) {
         return status;
     }
-    combine(sim, rk->b, rk->stages, h, sim->y0, sim->x);
+    stand(sim, MAX_STAGES, rk->b, rk->stages, h);
 #if STEIN_LANES == 1
     if (sim->model->nrow > 0) {
         status = stein__loops_project(sim, t + h, err);
@@ -213,22 +218,34 @@ INNER stein_status stein__trial(stein_sim *sim, real t, real h, stein_err *err)
     if (status != STEIN_OK) {
         return status;
     }
-#endif
-#if STEIN_LANES == 1
     if (sim->switches_at_end) {
         stein__drive_from(sim, t + h, sim->xq, sim->xqd);
-        copy(sim->q1, sim->xq, nq);
-        copy(sim->qd1, sim->xqd, nq);
         return STEIN_OK;
     }
 #endif
-    status = derive(sim, MAX_STAGES, t + h, err);
-    if (status != STEIN_OK) {
-        return status;
+    return derive(sim, MAX_STAGES, t + h, err);
+}
+
+INNER stein_status stein__trial(stein_sim *sim, real t, real h, stein_err *err)
+{
+    const tableau *rk = sim->def.integrator == STEIN_RK4 ? &rk4 : &dp5;
+    int nq = sim->model->nq;
+    copy(sim->q0, sim->q, nq);
+    copy(sim->qd0, sim->qd, nq);
+    copy(sim->qdd0, sim->qdd, nq);
+#if STEIN_LANES == 1
+    stein__find_active(sim);
+#endif
+    stein_status status = make_rows(sim, rk, t, h, err);
+    if (sim->motions) {
+        copy(sim->q1, sim->x, 2 * nq); // prescribed joints exactly on track
+    } else {
+        copy(sim->x, sim->xq, 2 * nq);
+        sim->xq = sim->x;
+        sim->xqd = sim->x + nq;
     }
-    copy(sim->q1, sim->xq, nq); // prescribed joints exactly on track
-    copy(sim->qd1, sim->xqd, nq);
-    copy(sim->k + MAX_STAGES * sim->width, sim->xqd, nq);
-    estimate(sim, rk, h);
-    return STEIN_OK;
+    if (status == STEIN_OK && !sim->switches_at_end) {
+        estimate(sim, rk, h);
+    }
+    return status;
 }

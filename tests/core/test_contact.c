@@ -322,12 +322,15 @@ static void draw(four *f, uint64_t *seed)
     }
 }
 
+static const stein__contact_kernel by_two = {
+    2, stein__contact_forces2, stein__contact_forces2_recorded, stein__contact_depths2};
+
 /* a group of `n` of them, from the one `first` on */
-static void press(void (*by)(const stein__group *, stein__contact_record *), four *f, int first,
-                  int n)
+static void press(const stein__contact_kernel *by, four *f, int first, int n)
 {
     stein__group g = f->group;
     stein__contact_record did;
+    stein__each depth;
     for (int k = 0; k < 4; k++) {
         int from = first + (k < n ? k : n - 1);
         for (int i = 0; i < NUMBERS; i++) {
@@ -339,7 +342,9 @@ static void press(void (*by)(const stein__group *, stein__contact_record *), fou
         }
     }
     g.n = n;
-    by(&g, &did);
+    by->forces_recorded(&g, &did);
+    by->depths(&g, &depth);
+    ck_assert_mem_eq(depth.of, did.depth.of, sizeof *depth.of * (size_t)n);
     for (int k = 0; k < n; k++) {
         for (int i = 0; i < RECORDED; i++) {
             all(&f->did)[i].of[first + k] = all(&did)[i].of[k];
@@ -357,7 +362,7 @@ START_TEST(places_side_by_side_have_the_bits_of_each_alone)
         two = wide = alone;
         for (int k = 0; k < 4; k++) {
             double law[STEIN_NORMAL_SIZE] = {0.0};
-            press(stein__contact_forces2_recorded, &alone, k, 1);
+            press(&by_two, &alone, k, 1);
             for (int i = STEIN_NORMAL_A; i <= STEIN_NORMAL_D; i++) {
                 law[i] = alone.group.normal[i].of[k];
             }
@@ -367,13 +372,15 @@ START_TEST(places_side_by_side_have_the_bits_of_each_alone)
             ck_assert(alone.did.grip.of[k] == stein__tanh_of(alone.did.slip.of[k]));
             pressing += alone.did.normal.of[k] > 0.0;
         }
-        press(stein__contact_forces2_recorded, &two, 0, 2);
-        press(stein__contact_forces2_recorded, &two, 2, 2);
+        press(&by_two, &two, 0, 2);
+        press(&by_two, &two, 2, 2);
         ck_assert_mem_eq(two.wrench, alone.wrench, sizeof alone.wrench);
         ck_assert_mem_eq(&two.did, &alone.did, sizeof alone.did);
 #if STEIN_WIDEST == 8
         if (stein__processor_lanes() >= 4) {
-            press(stein__contact_forces4_recorded, &wide, 0, 4);
+            stein__contact_kernel by_four = {
+                4, stein__contact_forces4, stein__contact_forces4_recorded, stein__contact_depths4};
+            press(&by_four, &wide, 0, 4);
             ck_assert_mem_eq(wide.wrench, alone.wrench, sizeof alone.wrench);
             ck_assert_mem_eq(&wide.did, &alone.did, sizeof alone.did);
         }

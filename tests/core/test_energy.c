@@ -51,12 +51,6 @@ typedef struct watch {
     unsigned char *rubs;     /* [RUBS] which frictions were seen to brake */
 } watch;
 
-static int soak(int quick)
-{
-    const char *times = getenv("SOAK");
-    return times != NULL ? quick * MANY * (int)strtol(times, NULL, 10) : quick;
-}
-
 /* power of laws d in the joints now [W] */
 static double joint_power(const watch *w, const double *d)
 {
@@ -277,7 +271,7 @@ START_TEST(contacts_and_friction_never_make_energy_in_any_mechanism)
 {
     static unsigned char rubs[MODELS][RUBS];
     unsigned long long seed = 1788;
-    int n = soak(RUNS), models = 0, whole = 0, braking = 0;
+    int n = soaks() > 0 ? MANY * soak(RUNS) : RUNS, models = 0, whole = 0, braking = 0;
     double deepest = 0.0;
     while (stein_models[models] != NULL) {
         models++;
@@ -315,7 +309,7 @@ Suite *energy_suite(void)
 {
     Suite *suite = suite_create("energy");
     TCase *tc = tcase_create("energy");
-    tcase_set_timeout(tc, getenv("SOAK") != NULL ? 36000.0 : 60.0);
+    tcase_set_timeout(tc, soaks() > 0 ? 36000.0 : 60.0);
     tcase_add_test(tc, contacts_and_friction_never_make_energy_in_any_mechanism);
     suite_add_tcase(suite, tc);
     return suite;

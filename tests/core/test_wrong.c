@@ -199,12 +199,6 @@ static int run_regulations(int n, unsigned long long seed, int steps)
     return failed;
 }
 
-static int soak(int quick)
-{
-    const char *times = getenv("SOAK");
-    return times != NULL ? quick * (int)strtol(times, NULL, 10) : quick;
-}
-
 START_TEST(random_regulations_end_in_numbers_or_in_an_error)
 {
     int n = soak(600), failed = run_regulations(n, 20260101, 300);
@@ -337,7 +331,7 @@ Suite *wrong_suite(void)
 {
     Suite *suite = suite_create("wrong");
     TCase *tc = tcase_create("wrong");
-    tcase_set_timeout(tc, getenv("SOAK") != NULL ? 36000.0 : 120.0);
+    tcase_set_timeout(tc, soaks() > 0 ? 36000.0 : 120.0);
     tcase_add_test(tc, a_contact_too_stiff_for_the_step_is_named_with_the_step_it_needs);
     tcase_add_test(tc, a_step_far_too_large_ends_with_time_place_and_hint);
     tcase_add_test(tc, the_rate_of_a_linear_contact_is_that_of_its_spring);

@@ -180,5 +180,5 @@ static stein_status call_compiled(uint64_t *result, stein_err *err)
 const call_entry calls_core[] = {{"create", call_create, 0},     {"derivative", call_derivative, 0},
                                  {"batch", call_batch, 0},       {"read", call_read, 0},
                                  {"problems", call_problems, 0}, {"sections", call_sections, 0},
-                                 {"generate", call_generate, 0}, {"open", call_open, 0},
+                                 {"generate", call_generate, 1}, {"open", call_open, 0},
                                  {"compiled", call_compiled, 0}, {NULL, NULL, 0}};

@@ -74,7 +74,8 @@ typedef struct call_entry {
     const char *name;
     call *call;
     int by_place; /* not every allocation fails, but the first one of every so many-th place; of
-                     every place, if the call is asked for. 0: every one */
+                     every place, if the call is asked for. 0, and 1 if it is asked for: every one
+                   */
 } call_entry;
 enum { NOT_ALL = 1 << 20 }; /* by_place of a call that takes a minute: none without its name */
 extern const call_entry calls_core[], calls_lab[];

@@ -97,7 +97,7 @@ static void fail_all(const call_entry *c, int stride)
         return;
     }
     const long *first = NULL;
-    int places = c->by_place > 0 ? find_places(c, &first) : 0;
+    int places = stride > 0 ? find_places(c, &first) : 0;
     for (int good = 0; good < 2; good++) {
         n += first != NULL ? fail_places(c, good, first, places, stride, expected)
                            : fail_each(c, good, expected);
@@ -112,7 +112,7 @@ static int choose(const call_entry *c, const char *name)
     for (; c->name != NULL; c++) {
         if (name == NULL ? c->by_place < NOT_ALL
                          : strcmp(name, "all") == 0 || strcmp(name, c->name) == 0) {
-            fail_all(c, name == NULL ? c->by_place : 1);
+            fail_all(c, name == NULL ? c->by_place : c->by_place > 1);
             chosen++;
         }
     }

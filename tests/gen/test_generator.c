@@ -13,8 +13,13 @@
 #include "support.h"
 
 /* 1 to 12 bodies, every third tree in the plane, with and without armatures: that repeats after 24
- * trees; each case is drawn twice */
+ * trees; `make soak` draws each case twice */
 enum { TREES = 48, MODELS_MAX = 40 };
+
+static int trees(void)
+{
+    return soaks() > 0 ? TREES : TREES / 2;
+}
 
 static const char strict_flags[] =
     "-std=c11 -O0 -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Wstrict-prototypes "
@@ -134,7 +139,7 @@ static mechanism *tree_number(int k, unsigned long long *seed)
 /* a fifth of those that are compiled further down */
 START_TEST(graphs_agree_with_lagrange_on_random_trees)
 {
-    for (int k = 0; k < TREES; k += 5) {
+    for (int k = 0; k < trees(); k += 5) {
         unsigned long long seed;
         mechanism *m = tree_number(k, &seed);
         check_by_graph(m, &seed);
@@ -148,7 +153,7 @@ END_TEST
 /* charts of balls, anywhere in a tree: joints that keep their angle */
 START_TEST(graphs_agree_with_lagrange_where_joints_keep_their_angle)
 {
-    for (int k = 1; k < TREES; k += 7) {
+    for (int k = 1; k < trees(); k += 7) {
         unsigned long long seed;
         mechanism *m = tree_number(k, &seed);
         ref_armatures(m, &seed);
@@ -173,7 +178,7 @@ END_TEST
 /* trees of which every joint turns, in space and in the plane, with branches and parallel joints */
 START_TEST(articulated_bodies_agree_with_lagrange)
 {
-    for (int k = 0; k < TREES; k += 3) {
+    for (int k = 0; k < trees(); k += 3) {
         unsigned long long seed;
         mechanism *m = tree_number(k + _i, &seed);
         int n = m->nbody, planar = (k + _i) % 3 == 0;
@@ -484,7 +489,7 @@ START_TEST(compiled_trees_agree_with_lagrange)
     workshop w = workshop_open();
     mechanism *m[TREES];
     unsigned long long seed[TREES];
-    for (int k = _i; k < TREES; k += 4) {
+    for (int k = _i; k < trees(); k += 4) {
         m[k] = tree_number(k, &seed[k]);
         if (k / 4 % 2 == 1) {
             ref_armatures(m[k], &seed[k]);
@@ -492,11 +497,12 @@ START_TEST(compiled_trees_agree_with_lagrange)
         workshop_add(&w, m[k]);
     }
     workshop_build(&w, _i > 0);
-    for (int k = _i; k < TREES; k += 4) {
+    for (int k = _i; k < trees(); k += 4) {
         check_compiled(workshop_model(&w, m[k]->name), m[k], &seed[k]);
         ref_tree_free(m[k]);
     }
-    printf("%d random trees, compiled, against Lagrange: worst %.1e relative\n", TREES / 4, worst);
+    printf("%d random trees, compiled, against Lagrange: worst %.1e relative\n", trees() / 4,
+           worst);
     workshop_close(&w);
 }
 END_TEST

@@ -25,7 +25,7 @@ static const struct {
     const char *name;
     char kind;
 } of_world[] = {{"null", 'n'}, {"small", 'L'}, {"clear", 'L'}, {"gross", 'L'},
-                {"two", 'L'},  {"law", 'X'},   {"wrong", 'W'}};
+                {"two", 'L'},  {"law", 'X'},   {"wrong", 'W'}, {"mistake", 'L'}};
 
 int draw_world(const char *level)
 {

@@ -11,7 +11,8 @@
  *                                       these levels
  *   hidden judge ANSWER OUT             one diagnosis in the folder OUT, as "name value" lines
  * and for all of them: --world any (mechanisms of tests/world; --levels
- * null,small,clear,gross,two,law, wrong; --only MECHANISM), --limit SECONDS of processor time,
+ * null,small,clear,gross,two,law,wrong,mistake; --only MECHANISM), --limit SECONDS of processor
+ * time,
  * --build build, --model models/stein1788.yaml, -o DIR (build/hidden-sets),
  * --record FILE.csv: results that are kept. Draws that are in it are not made again; run adds its
  * own, table shows them.

@@ -12,8 +12,6 @@ const [file, shim, stroke, facts] = process.argv.slice(2);
 const page = read(file), { model } = page, name = model.name;
 
 function theFile() {
-  const size = fs.statSync(file).size;
-  claim(`${name}: the page is under 400 KB`, size < 400e3, size);
   claim(`${name}: no address of a network`, !/https?:\/\/|wss?:\/\//.test(page.html));
   const loads = page.html.match(/\b(src|href)="(?!data:)[^"]*"|@import|url\((?!data:)|\bfetch\(|XMLHttpRequest|importScripts|\bimport\(/g);
   claim(`${name}: nothing is loaded`, loads === null, loads);

@@ -17,7 +17,8 @@ from conftest import ACTION, PENDULUM, interrupted, python
 ])
 def test_control_c_ends_work_that_would_take_hours(work):
     m = stein.load(PENDULUM)
-    assert interrupted(lambda: work(m)) < 5.0  # 0.1 s on an idle machine m.reset()
+    assert interrupted(lambda: work(m)) < 5.0
+    m.reset()
     m.run(0.1)
 
 
@@ -122,7 +123,7 @@ def resident():
 
 
 @pytest.mark.parametrize("times, work", [
-    (80000, lambda m: m.copy().run(0.002, every=0)["angle"].sum()),  # 1e5 in all
+    (80000 if "SOAK" in os.environ else 8000, lambda m: m.copy().run(0.002, every=0)["angle"].sum()),
     (2000, lambda m: m.sensitivities("rod.mass", 0.01).q),
     (2000, lambda m: m.on_force(lambda t, q, qd: [0.0]) or m.step(2)),
     (2000, lambda m: m.sympy("Q")),

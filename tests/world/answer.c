@@ -26,13 +26,22 @@ static double amount(const answer *a, const effect *e)
         int of = e->kind->offset != N_C || a->m->number[law + N_C].stated ? e->kind->offset : N_B;
         return log(a->p[law + of] / a->m->number[law + of].file);
     }
+    if (e->kind->site == 's' && e->kind->offset == S_OFFSET) {
+        return a->p[a->m->channel[e->index].law + S_OFFSET]; // with the error that it had before
+    }
     return e->size;
+}
+
+/* what is smaller than in the file is not missing */
+static const char *class_of(const effect *e)
+{
+    return !e->kind->both && e->size < 0.0 ? "wrong_parameter" : e->kind->cls;
 }
 
 static void put_size(FILE *f, const answer *a, const effect *e)
 {
     if (strchr("bp", e->kind->site) != NULL) {
-        const number *n = &a->m->number[e->index];
+        const number *n = &a->told->number[e->index];
         fprintf(f, "\"%s\": {\"value\": %.10g, \"unit\": \"%s\", \"file\": %.10g}", n->name,
                 a->p[e->index], n->unit, n->file);
         return;
@@ -57,7 +66,7 @@ static void put_effect(FILE *f, const answer *a)
                    "  \"parameters\": {},\n");
     } else {
         fprintf(f, "  \"kind\": \"%s\",\n  \"place\": \"%s\",\n  \"class\": \"%s\",\n",
-                e->kind->name, e->place, e->kind->cls);
+                e->kind->name, e->place, class_of(e));
         fprintf(f, "  \"parameters\": {");
         put_size(f, a, e);
         fprintf(f, "},\n");
@@ -69,7 +78,7 @@ static void put_effect(FILE *f, const answer *a)
         fprintf(f,
                 "  \"also\": {\"kind\": \"%s\", \"place\": \"%s\", \"class\": \"%s\", \"size\": "
                 "{\"value\": %.10g, \"unit\": \"%s\"}},\n",
-                e->kind->name, e->place, e->kind->cls, amount(a, e), e->unit);
+                e->kind->name, e->place, class_of(e), amount(a, e), e->unit);
     }
 }
 

@@ -58,7 +58,17 @@ static void biased(mech *m, int channel_of, chance *c)
     n->stated = n->tolerance = 1;
 }
 
-static void draw_sensors(design *d, mech *m, chance *c)
+/* a marker is glued on, an encoder put on its shaft, by hand: they stay where they are for all
+ * records, and the file does not tell */
+static void misplaced(mech *m, int channel_of, int turns, chance *c)
+{
+    const double arm = 0.1; // [m] a marker turns by so much of its shift
+    number *n = &m->number[m->channel[channel_of].law + S_OFFSET];
+    n->sd = chance_log(c, 1e-4, 1e-3) / (turns ? arm : 1.0);
+    n->value = n->sd * chance_normal(c);
+}
+
+static void draw_sensors(design *d, mech *m, chance *c, int quiet)
 {
     int video = chance_coin(c, 0.5);
     double angle = chance_log(c, 1e-4, 5e-3), length = chance_log(c, 3e-5, 5e-4);
@@ -76,6 +86,9 @@ static void draw_sensors(design *d, mech *m, chance *c)
             d->sensor[i] = of_noise(size, 0.0);
         } else {
             d->sensor[i] = of_noise(0.2 * size, size);
+        }
+        if (read != READ_SPEED && read != READ_EFFORT && !quiet) {
+            misplaced(m, i, turns, c);
         }
     }
     for (int i = 0; i < m->ninput; i++) {
@@ -174,7 +187,7 @@ void design_draw(design *d, mech *m, chance *c, int quiet)
     d->joint_sd = chance_uniform(c, 0.0, 0.04);
     d->contact_sd = chance_uniform(c, 0.0, 0.03);
     d->drift = chance_uniform(c, -0.02, 0.02);
-    draw_sensors(d, m, c);
+    draw_sensors(d, m, c, quiet);
     if (quiet) {
         // whole steps of any simulator; a spline through samples of a motion has to be exact
         d->rate = drives(m, INPUT_MOTION) ? 5000.0 : 500.0;

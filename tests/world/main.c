@@ -14,7 +14,7 @@
  *
  * Levels: null, small, clear, gross (0.5, 2, 100 noises are left of one effect when everything else
  * is refitted), two (two effects, clear each), law (clear, a law in no table), wrong (the set-up is
- * wrong).
+ * wrong), mistake (a number of the file is off by a factor).
  */
 #include <errno.h>
 #include <math.h>
@@ -152,7 +152,7 @@ static const struct {
     const char *name;
     double target; /* noises that are left */
 } levels[] = {{"null", 0.0}, {"small", 0.5}, {"clear", 2.0}, {"gross", 100.0},
-              {"two", 2.0},  {"law", 2.0},   {"wrong", 0.0}};
+              {"two", 2.0},  {"law", 2.0},   {"wrong", 0.0}, {"mistake", 20.0}};
 enum { LEVELS = sizeof levels / sizeof *levels, REDRAWS = 25 };
 
 /* a kind first, then a place: else channels and lengths, which are many, would be most of it */
@@ -213,7 +213,7 @@ static void find_alike(answer *a, sizer *z, chance *c)
 }
 
 /* numbers that are true, with what is hidden. @return 0, -1: it cannot be done with this design */
-static int hidden_numbers(answer *a, double *p, chance *c)
+static int hidden_numbers(answer *a, mech *told, double *p, chance *c)
 {
     double clean[NUMBERS];
     for (int i = 0; i < a->m->nnumber; i++) {
@@ -226,6 +226,11 @@ static int hidden_numbers(answer *a, double *p, chance *c)
     }
     sizer *z = size_begin(a->m, clean, a->d);
     int status = z != NULL && size_extent(a->m, clean, a->d, &a->x) == 0 ? 0 : -1;
+    if (status == 0 && strcmp(a->level, "mistake") == 0) {
+        status = mistake_draw(told, clean, z, &a->x, &a->e[0], &a->reached, c) ? 0 : -1;
+        size_drop(z);
+        return status;
+    }
     for (int k = 0; status == 0 && k < 1 + (strcmp(a->level, "two") == 0); k++) {
         status = hide(a, z, k, p, c) ? 0 : -1;
     }
@@ -282,7 +287,7 @@ static int attempt(const options *o, int level, const entry *e, unsigned long se
     design_draw(&d, &m, &c, 0);
     wrong_none(&a.w);
     told = m;
-    if (hidden_numbers(&a, p, &c) != 0) {
+    if (hidden_numbers(&a, &told, p, &c) != 0) {
         return -1;
     }
     if (strcmp(a.level, "wrong") == 0 && !wrong_draw(&a.w, &told, &m, p, &d, &c)) {

@@ -3,7 +3,7 @@
  *
  * y(size) - y(0), in noises, is the change that an effect makes to the records. The columns of X
  * are what the other numbers do, by one standard deviation each: the uncertain numbers of the file,
- * and for each record its initial state and its frictions. What is left is
+ * zero errors of sensors, and for each record its initial state and its frictions. What is left is
  *
  *      r = d - X b,    b = argmin |d - X b|^2 + |b|^2
  *
@@ -99,16 +99,22 @@ static double *fresh(columns *c, source of)
     return c->X + (size_t)c->n++ * (size_t)c->rows;
 }
 
-/* How well a number is known. Without stated tolerances stiffnesses and frictions are unknown; only
- * weights and lengths can be measured directly. */
+/* How well a number is known. Where no tolerance is stated, weights and lengths are what a kitchen
+ * scale and a ruler tell; stiffnesses and frictions are unknown. */
 static double sd_of(const design *d, const number *N, double value)
 {
-    static const char *const measured[] = {"kg", "m", "kg m^2"};
-    int simple = 0;
+    static const struct {
+        const char *unit;
+        double share, least;
+    } measured[] = {{"kg", 0.005, 0.0}, {"m", 0.003, 2e-4}, {"kg m^2", 0.02, 0.0}};
+    double told = N->sd;
     for (size_t i = 0; i < sizeof measured / sizeof *measured; i++) {
-        simple |= strcmp(N->unit, measured[i]) == 0;
+        if (strcmp(N->unit, measured[i].unit) == 0) {
+            double by_hand = hypot(measured[i].share * value, measured[i].least);
+            return d->tolerances || !N->stated ? told : fmax(told, by_hand);
+        }
     }
-    return simple || d->tolerances ? N->sd : fmax(N->sd, unknown_law * fabs(value));
+    return d->tolerances || !N->stated ? told : fmax(told, unknown_law * fabs(value));
 }
 
 static int common_columns(const films *f, const double *p, const double *base, columns *c)
@@ -117,9 +123,7 @@ static int common_columns(const films *f, const double *p, const double *base, c
     for (int i = 0; i < f->m->nnumber; i++) {
         const number *N = &f->m->number[i];
         double sd = sd_of(f->d, N, p[i]);
-        double *x = N->stated && N->sd > 0.0
-                        ? fresh(c, (source){.number = i, .record = -1, .sd = sd})
-                        : NULL;
+        double *x = N->sd > 0.0 ? fresh(c, (source){.number = i, .record = -1, .sd = sd}) : NULL;
         if (x == NULL) {
             continue;
         }
@@ -348,6 +352,18 @@ double size_of(sizer *z, const mech *m, const double *p)
     return isfinite(now) ? sqrt(sum / c->rows) : (double)NAN;
 }
 
+double size_change(sizer *z, const double *p)
+{
+    double sum = 0.0;
+    if (shoot_all(&z->f, p, z->other) != 0) {
+        return NAN;
+    }
+    for (int k = 0; k < z->c.rows; k++) {
+        sum += (z->other[k] - z->base[k]) * (z->other[k] - z->base[k]);
+    }
+    return sqrt(sum / z->c.rows);
+}
+
 static void note_input_noise(sizer *z)
 {
     enum { DRAWS = 3 };
@@ -420,7 +436,7 @@ static int is_beyond(const sizer *z, const effect *e)
     memcpy(q, z->p, sizeof q);
     effect_apply(e, z->f.m, e->size, q);
     for (int i = 0; i < z->f.m->nnumber; i++) {
-        double by = fabs(q[i] - z->p[i]), sd = z->f.m->number[i].sd;
+        double by = fabs(q[i] - z->p[i]), sd = sd_of(z->f.d, &z->f.m->number[i], z->p[i]);
         yes &= !(by > 0.0) || by >= least * sd;
     }
     return yes;

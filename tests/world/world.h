@@ -12,6 +12,7 @@
  *   design.c    sensors, records, scatter; what the file says of the numbers
  *   effect.c    what is hidden, a change of some true numbers
  *   size.c      how large it has to be for a level
+ *   mistake.c   or a number of the file that is far off
  *   record.c    the records as the sensors show them
  *   write.c     model.yaml, fit_*.csv, held_*.csv; answer.c the sealed answer
  *
@@ -336,6 +337,17 @@ int size_find(sizer *z, effect *e, double target, double *reached);
  * of theirs less than 3 standard deviations are left. They come first in the list. @return how many
  */
 int size_alike(sizer *z, const effect *e, effect *list, int n);
+
+/** RMS, in noises, of the change to other numbers [NUMBERS], nothing refitted. @return NAN: it
+ *  cannot be filmed */
+double size_change(sizer *z, const double *p);
+
+/* ---- mistake.c ---- */
+
+/** One number of the file, far off. @param e  out: what would put the file right, its size beyond
+ *  the file's number  @param reached  noises  @return 0: none shows */
+int mistake_draw(mech *told, const double *p, sizer *z, const extent *x, effect *e, double *reached,
+                 chance *c);
 
 /* ---- wrong.c ---- */
 

@@ -150,6 +150,8 @@ static int is_accepted(const data__guess *g, const effect *e)
     int fitting =
         e->most_then < (e->adapted ? fits_adapted : fits) && e->off > better * e->then + 0.1;
     int sized = e->most_then < nearly && e->least_off > apart && e->ratio < within;
+    // a friction or damping that is wrong decays otherwise; a wrong unit misses the motion
+    fitting &= !e->adapted || g->factor == 1.0 || g->factor < 0.0 || e->off > nearly;
     // a body that is thrown hard enough moves straight on, whatever the forces
     int calmer = fabs(g->factor) < 1.0;
     int curved = calmer || !e->adapted || e->then < straight * e->line;

@@ -12,6 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "functions.h"
 #include "diagnosis.h"
 
 /* ---- the judge's view of the table ---- */
@@ -48,11 +49,13 @@ static diag__evidence evidence_of(const diag__problem *q, const diag__row *row)
                         .converged = row->converged,
                         .scatters_most = scatters_most(q, row),
                         .possible = diag__is_possible(q, row)};
+    e.likelihood = e.objective;
     for (int i = 0; i < row->h.n; i++) {
         const lab_candidate c = diag__candidate(q, row->h.cause[i]);
         e.cause[i] = row->h.cause[i];
         if (row->failed == NULL) {
-            e.amount[i] = diag__amount(row, i, &e.sd[i]);
+            double x = e.amount[i] = diag__amount(row, i, &e.sd[i]);
+            e.likelihood -= x * x + diag__mistake(&c, x) - 2.0 * stein__log_of(e.sd[i]);
         }
         e.tolerated[i] = diag__is_tolerated(q, e.cause[i]);
         e.scatters[i] = diag__scatters(q, e.cause[i]);

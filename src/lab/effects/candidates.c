@@ -226,6 +226,7 @@ static void add_joint(build *b, const lab_effect *e, int j)
     }
     c->joint = j;
     set_limit(b, c, lab__joint_limit(e->kind, &b->s, j));
+    c->number = fabs(b->m->params[c->param[0]].value);
     c->start *= strcmp(e->kind, "quadratic_drag") == 0     ? 0.1
                 : strcmp(e->kind, "viscous_friction") == 0 ? 0.3
                                                            : 1.0;
@@ -280,6 +281,7 @@ static void add_body(build *b, const lab_effect *e, int j)
         return;
     }
     c->joint = j;
+    c->number = fabs(b->m->params[c->param[0]].value);
     set_limit(b, c, lab__body_limit(e->kind, &b->s, j, b->p[c->param[0]]));
 }
 
@@ -380,6 +382,7 @@ static void add_parameters(build *b, const lab_effect *e)
         if (c != NULL) {
             const stein_param *q = &b->m->params[i];
             int place = strcmp(q->unit, "m") == 0, angle = strcmp(q->unit, "rad") == 0;
+            c->number = fabs(q->value);
             c->limit = place ? 2e-3 : angle ? 0.1 : 0.5 * fabs(b->p[i]);
         }
     }

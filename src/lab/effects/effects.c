@@ -178,7 +178,12 @@ static int scales_nothing(const lab_candidate *c)
 
 int lab_candidate_is_signed(const lab_candidate *c)
 {
-    return c->effect->both_signs && !scales_nothing(c);
+    return (c->effect->both_signs && !scales_nothing(c)) || c->number > 0.0;
+}
+
+int lab_candidate_is_mistakable(const lab_candidate *c)
+{
+    return c->number > 0.0 || c->effect->site == LAB_AT_CLOCK || c->effect->site == LAB_AT_CHANNEL;
 }
 
 const char *lab_candidate_size(const lab_candidate *c)

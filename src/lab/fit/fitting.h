@@ -126,6 +126,7 @@ typedef struct fit__unknown {
     int index;        /* parameter; channel slot of the stroke; joint; group */
     int log, prior;   /* prior 0: sd is only a scale */
     int idle;         /* stays where it is */
+    int mistake;      /* its prior has long tails (fit__long_tail) */
     double least;     /* of an amount, in sd: a compliance near 0 is a stiffness which no step
                          follows, a mass or a damping stays positive; -INFINITY: none */
     double start, sd; /* of z */
@@ -526,6 +527,13 @@ stein_status fit__together(const fit__problem *p, int n, fit__piece *piece, void
                            stein_err *err);
 
 /* ---- residuals.c ---- */
+
+/** -2 ln p of an amount x that may be a mistake: x^2 up to 3, from there on 9 + 9 ln(x^2/9), which
+ * is Student's t far out. */
+double fit__long_tail(double x);
+/** Weight w of the prior of an unknown at x: its derivative is that of w x^2, with w fixed. Where
+ *  priors are tempered, that of a mistake is not: large misfits are what it is for. */
+double fit__prior_weight(const fit__unknown *u, double x, double tempered);
 
 /** Weighted residuals r of every stroke, [nstroke][nch*n] behind each other; missing samples 0.
  *  @param failed  out: strokes that could not be simulated

@@ -287,8 +287,9 @@ static void temper(const fit__problem *p, const fit__state *s, room *m)
     for (int u = 0; u < p->nu; u++) {
         double *d = fit__normal_diagonal(&m->normal, p, u);
         if (d != NULL && p->unknown[u].prior && u != p->flat) {
-            *d += m->prior - 1.0;
-            m->normal.g[u] += (m->prior - 1.0) * s->x[u];
+            double more = p->unknown[u].mistake ? 0.0 : m->prior - 1.0;
+            *d += more;
+            m->normal.g[u] += more * s->x[u];
         }
     }
 }

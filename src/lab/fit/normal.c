@@ -154,8 +154,9 @@ void fit__normal_fill(fit__normal *n, const fit__problem *p, const double *x, co
         // own priors always count: without them the data would be asked what a marker's offset is
         double *d = fit__normal_diagonal(n, p, u);
         if (d != NULL && p->unknown[u].prior && u != p->flat && (prior || u >= p->np)) {
-            *d += 1.0;
-            n->g[u] += x[u];
+            double w = fit__prior_weight(&p->unknown[u], x[u], 1.0);
+            *d += w;
+            n->g[u] += w * x[u];
         }
     }
 }
@@ -253,7 +254,8 @@ void fit__normal_gradient(fit__normal *n, const fit__problem *p, const double *x
     }
     for (int u = 0; u < p->nu; u++) {
         int moves = u >= p->np || n->row[u] >= 0;
-        n->g[u] += moves && p->unknown[u].prior && u != p->flat ? prior * x[u] : 0.0;
+        double w = fit__prior_weight(&p->unknown[u], x[u], prior);
+        n->g[u] += moves && p->unknown[u].prior && u != p->flat ? w * x[u] : 0.0;
     }
 }
 

@@ -206,6 +206,7 @@ static double least_amount(const fit__problem *p, const lab_candidate *c)
 static void scale_numbers(const fit__problem *p, fit__unknown *amount, const lab_candidate *effect)
 {
     amount->idle = effect == NULL;
+    amount->mistake = effect != NULL && lab_candidate_is_mistakable(effect);
     amount->sd = effect != NULL ? effect->limit : 1.0;
     amount->least = effect != NULL ? least_amount(p, effect) : (double)-INFINITY;
     for (int k = 0; k < LAB_SIDES; k++) {

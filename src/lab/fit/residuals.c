@@ -18,6 +18,7 @@
 #include <string.h>
 
 #include "fitting.h"
+#include "functions.h"
 
 enum { LONGEST_BAD = 3 };
 static const double least_correlation = 0.1;
@@ -109,11 +110,28 @@ int fit__noise_given(const fit__problem *p)
     return 1;
 }
 
+/* an amount beyond that is a mistake */
+static const double normal_to = 3.0;
+
+double fit__long_tail(double x)
+{
+    double square = x * x, edge = normal_to * normal_to;
+    return square > edge ? edge * (1.0 + stein__log_of(square / edge)) : square;
+}
+
+double fit__prior_weight(const fit__unknown *u, double x, double tempered)
+{
+    double edge = normal_to * normal_to;
+    return !u->mistake ? tempered : x * x > edge ? edge / (x * x) : 1.0;
+}
+
 double fit__priors(const fit__problem *p, const double *x)
 {
     double sum = 0.0;
     for (int k = 0; k < p->nu; k++) {
-        sum += p->unknown[k].prior && k != p->flat ? x[k] * x[k] : 0.0;
+        const fit__unknown *u = &p->unknown[k];
+        double own = u->mistake ? fit__long_tail(x[k]) : x[k] * x[k];
+        sum += u->prior && k != p->flat ? own : 0.0;
     }
     return sum;
 }

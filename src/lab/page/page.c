@@ -30,11 +30,15 @@ static const char *const *lines_of(const char *name)
     return NULL;
 }
 
+/* without indents and lines of remarks: they are in the source, and a page is sent */
 static void put_lines(FILE *to, const char *name)
 {
     const char *const *lines = lines_of(name);
     for (int i = 0; lines != NULL && lines[i] != NULL; i++) {
-        fputs(lines[i], to);
+        const char *text = lines[i] + strspn(lines[i], " ");
+        if (strncmp(text, "//", 2) != 0) {
+            fputs(text, to);
+        }
     }
 }
 

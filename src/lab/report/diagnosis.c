@@ -15,8 +15,12 @@ const char *lab_verdict_text(lab_verdict verdict)
     return text[verdict];
 }
 
-lab_verdict diag__verdict_of(const lab_effect *effect)
+lab_verdict diag__verdict_of(const lab_suspect *s)
 {
+    const lab_effect *effect = s->candidate.effect;
+    if (effect && !effect->both_signs && s->amount < 0.0) {
+        return LAB_VERDICT_WRONG_PARAMETER; // it is there, but smaller than the file has it
+    }
     for (int v = LAB_VERDICT_WRONG_PARAMETER; effect && v <= LAB_VERDICT_MISSING_EFFECT; v++) {
         if (strcmp(effect->cls, lab_verdict_text((lab_verdict)v)) == 0) {
             return (lab_verdict)v;

@@ -24,10 +24,10 @@ static void causes_of(FILE *f, const lab_diagnosis *d, lab_verdict v, int mixed)
 {
     int n = 0, k = 0;
     for (int i = 0; i < d->ncause && i < d->nsuspect; i++) {
-        n += !mixed || diag__verdict_of(d->suspect[i].candidate.effect) == v;
+        n += !mixed || diag__verdict_of(&d->suspect[i]) == v;
     }
     for (int i = 0; i < d->ncause && i < d->nsuspect; i++) {
-        if (!mixed || diag__verdict_of(d->suspect[i].candidate.effect) == v) {
+        if (!mixed || diag__verdict_of(&d->suspect[i]) == v) {
             fputs(k == 0 ? "" : k + 1 < n ? ", " : " and ", f);
             page__cause(f, &d->suspect[i].candidate);
             k++;
@@ -52,11 +52,10 @@ static void headline(FILE *f, const lab_diagnosis *d)
         return;
     }
     for (int i = 1; i < d->ncause && i < d->nsuspect; i++) {
-        mixed |= diag__verdict_of(d->suspect[i].candidate.effect) !=
-                 diag__verdict_of(d->suspect[0].candidate.effect);
+        mixed |= diag__verdict_of(&d->suspect[i]) != diag__verdict_of(&d->suspect[0]);
     }
     for (int i = 0; i < d->ncause && i < d->nsuspect; i++) {
-        lab_verdict v = mixed ? diag__verdict_of(d->suspect[i].candidate.effect) : d->verdict;
+        lab_verdict v = mixed ? diag__verdict_of(&d->suspect[i]) : d->verdict;
         if (!said[v]) {
             fprintf(f, "%s%s: ", n++ > 0 ? ". " : "", begin[v]);
             causes_of(f, d, v, mixed);

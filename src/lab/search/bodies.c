@@ -125,7 +125,8 @@ stein_status diag__bodies_begin(diag__problem *q, diag__table *t, diag__bodies *
     const diag__row *now = status == STEIN_OK ? diag__incumbent(q, t) : NULL;
     if (now != NULL) {
         double gain = diag__weighed(q, best) - now->objective;
-        int less = now->h.n > 0 && now->h.n < best->h.n ? best->h.n - now->h.n : -1;
+        int open = now->h.n > 0 || !diag__leaves_noise(q, now);
+        int less = open && now->h.n < best->h.n ? best->h.n - now->h.n : -1;
         b->free = gain > -diag__least_gain * less;
     }
     return status == STEIN_OK && !b->free ? diag__bodies_end(q, t, b, 1, err) : status;

@@ -241,6 +241,10 @@ static stein_status note(diag__row *row, stein_err *err)
     stein_status status =
         diag__likelihood(p, row->x, row->J, row->r, row->D, row->sd, &row->objective, err);
     row->objective += row->price;
+    for (int i = 0; i < row->h.n; i++) {
+        double sd;
+        row->objective += diag__mistake(&row->cause[i], diag__amount(row, i, &sd));
+    }
     row->rest = row->objective - fit__chi2(p, row->r);
     row->chi2_dof = fit__chi2_dof(p, row->r) * square;
     row->memory = memory_of(p, row->r);
@@ -318,27 +322,56 @@ stein_status diag__evaluate(diag__problem *q, diag__table *t, const diag__propos
     return status;
 }
 
-stein_status diag__reach(diag__problem *q, const diag__proposal *from, double *until,
-                         stein_err *err)
+/* a hypothesis at the start of its fit, in no table. @return NULL: it cannot be simulated, or there
+ * is no memory (*status) */
+static diag__row *at_start(diag__problem *q, const diag__proposal *from, stein_status *status)
 {
     diag__row *row = calloc(1, sizeof *row);
     stein_err why = {STEIN_OK, ""};
-    stein_status status = row != NULL ? STEIN_OK : STEIN_ENOMEM;
-    *until = 0.0;
+    *status = row != NULL ? STEIN_OK : STEIN_ENOMEM;
     if (row != NULL) {
         row->h = from->h;
         row->in = diag__mechanism_of(q, &row->h, &why);
-        status = row->in == NULL ? STEIN_ENOMEM : STEIN_OK;
+        *status = row->in == NULL ? STEIN_ENOMEM : STEIN_OK;
     }
-    if (status == STEIN_OK && row->in->why == NULL) {
-        status = open_row(q, row, &why);
-        if (status == STEIN_OK) {
-            fit__end e = {.x = row->x, .J = row->J, .r = row->r};
-            diag__start_row(row, NULL, from);
-            status = diag__follows(&row->p, &e, until, &why);
-        }
+    int can = *status == STEIN_OK && row->in->why == NULL;
+    *status = can ? open_row(q, row, &why) : *status;
+    if (!can || *status != STEIN_OK) {
+        diag__row_free(row);
+        return NULL;
     }
-    diag__row_free(row);
+    diag__start_row(row, NULL, from);
+    return row;
+}
+
+stein_status diag__reach(diag__problem *q, const diag__proposal *from, double *until,
+                         stein_err *err)
+{
+    stein_status status;
+    stein_err why = {STEIN_OK, ""};
+    diag__row *row = at_start(q, from, &status);
+    *until = 0.0;
+    if (row != NULL) {
+        fit__end e = {.x = row->x, .J = row->J, .r = row->r};
+        status = diag__follows(&row->p, &e, until, &why);
+        diag__row_free(row);
+    }
+    return status == STEIN_ENOMEM ? lab__no_memory(err) : STEIN_OK;
+}
+
+stein_status diag__misfit(diag__problem *q, const diag__proposal *from, double *chi2,
+                          stein_err *err)
+{
+    stein_status status;
+    stein_err why = {STEIN_OK, ""};
+    diag__row *row = at_start(q, from, &status);
+    int failed = 0;
+    *chi2 = INFINITY;
+    if (row != NULL) {
+        status = fit__residuals(&row->p, row->x, row->r, &failed, &why);
+        *chi2 = status == STEIN_OK && failed == 0 ? fit__chi2(&row->p, row->r) : (double)INFINITY;
+        diag__row_free(row);
+    }
     return status == STEIN_ENOMEM ? lab__no_memory(err) : STEIN_OK;
 }
 

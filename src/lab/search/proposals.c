@@ -39,14 +39,19 @@ int diag__proposal_of(const diag__linear *l, const int *set, int n, double *amou
     return 1;
 }
 
+/* A mistake is rare: one number of the file is far off, alone or beside one other cause. More of
+ * them imitate nearly everything. */
 int diag__is_thinkable(const diag__problem *q, const diag__proposal *p)
 {
+    int mistakes = 0;
     for (int i = 0; i < p->h.n; i++) {
-        if (!diag__thinkable(diag__base(q, p->h.cause[i]), p->amount[i])) {
+        const lab_candidate *c = diag__base(q, p->h.cause[i]);
+        if (!diag__thinkable(c, p->amount[i])) {
             return 0;
         }
+        mistakes += c->number > 0.0 && fabs(p->amount[i]) > diag__largest;
     }
-    return diag__is_coherent(q, &p->h);
+    return mistakes <= (p->h.n <= 2) && diag__is_coherent(q, &p->h);
 }
 
 static int by_expected(const void *a, const void *b)

@@ -10,6 +10,7 @@
 #include "search.h"
 
 static const double least_start = 1e-3; /* of a compliance, which has no 0 */
+static const double beyond = 0.92;      /* of a bound: a tenth of a number is left */
 
 int diag__counterpart(const fit__problem *to, const fit__problem *from, int stroke,
                       const fit__unknown *u)
@@ -122,11 +123,17 @@ void diag__start_row(diag__row *row, const diag__row *parent, const diag__propos
     for (int i = 0; i < row->h.n; i++) {
         int at = diag__unknown_at(row, i);
         double amount = isfinite(from->amount[i]) ? from->amount[i] : row->x[at];
-        double most = fmax(diag__largest, fabs(row->x[at])); // a fit has been there
+        double most =
+            fmax(diag__most_amount(&row->cause[i]), fabs(row->x[at])); // a fit has been there
         amount = fmin(fmax(amount, -most), most);
         double least = row->p.unknown[at].least;
-        double lowest = least > 0.0 ? least_start : fmin(0.5 * least, row->x[at]);
-        row->x[at] = fmax(amount, lowest);
+        if (least > 0.0) {
+            amount = fmax(amount, least_start);
+        } else if (isfinite(from->amount[i]) &&
+                   amount < beyond * least) { // a linear model does not know of the bound
+            amount = 0.5 * least;
+        }
+        row->x[at] = amount;
         row->x[at + 1] = isfinite(from->side[i]) ? from->side[i] : row->x[at + 1];
     }
 }

@@ -165,6 +165,11 @@ static int collect(const diag__problem *q, const diag__table *t, const diag__lin
     for (int i = 0; i < n; i++) {
         list[i].parent = row;
         list[i].held = l->gain > 0.0;
+        for (int k = 0; k < list[i].h.n; k++) {
+            const lab_candidate *c = diag__base(q, list[i].h.cause[k]);
+            list[i].expected +=
+                isfinite(list[i].amount[k]) ? diag__mistake(c, list[i].amount[k]) : 0.0;
+        }
         int idle = list[i].by->removes && list[i].expected < l->row->objective + diag__worth();
         list[i].value = idle                     ? -INFINITY
                         : list[i].by->look_alike ? -DBL_MAX

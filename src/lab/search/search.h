@@ -278,6 +278,12 @@ stein_status diag__null_again(diag__problem *q, diag__table *t, diag__row **agai
 /** Single causes that have no row yet, while no row leaves noise. @return OK, ENOMEM */
 stein_status diag__try_each(diag__problem *q, diag__table *t, stein_err *err);
 
+/* ---- wrong_factor.c ---- */
+
+/** Single numbers of the file that are far off, where the null row is, over the horizon of the
+ *  problem. @param step  every step-th factor is tried  @return OK, ENOMEM */
+stein_status diag__try_factors(diag__problem *q, diag__table *t, int step, stein_err *err);
+
 /* ---- descend.c ---- */
 
 /** How a fit begins: without an observer; with derivatives that are there already; while it holds
@@ -319,6 +325,9 @@ void diag__scale_noise(fit__problem *p, double factor);
 /** The same of a hypothesis, from the numbers of the file; 0, too, where it cannot be simulated. */
 stein_status diag__reach(diag__problem *q, const diag__proposal *from, double *until,
                          stein_err *err);
+/** What is left at the start of a fit, as chi2; INFINITY where it cannot be simulated. */
+stein_status diag__misfit(diag__problem *q, const diag__proposal *from, double *chi2,
+                          stein_err *err);
 /** A row to the end of its fit, with central differences and fine steps where it is to come near.
  *  @param within  of the objective  @return OK, ENOMEM */
 stein_status diag__refine_row(diag__row *row, double within, stein_err *err);
@@ -366,6 +375,12 @@ int diag__has_tolerance(const diag__problem *q, int param);
 int diag__is_tolerated(const diag__problem *q, int cause);
 /** Does it act like what differs from record to record by itself? */
 int diag__scatters(const diag__problem *q, int cause);
+/** The largest amount of a candidate [limits]. Instruments are scaled; numbers of a file are
+ * mistyped, taken from the wrong end or in another unit, up to tenfold. */
+double diag__most_amount(const lab_candidate *c);
+/** What a large amount a of such a candidate costs less than by the normal prior of a fit: its
+ * prior has long tails (fit__long_tail). @return <= 0 */
+double diag__mistake(const lab_candidate *c, double amount);
 /** Is the amount of a candidate of a possible sign and size? */
 int diag__thinkable(const lab_candidate *c, double amount);
 /** The same of cause i of a row, whose amount may be ten times as large if the row leaves noise. */
@@ -401,7 +416,7 @@ extern const diag__proposer diag__propose_moved, diag__propose_add, diag__propos
 /** Rows that no linear model proposes: no cause; settings off by what their digits allow; the best
  * rows once more, with estimated noise, or with the numbers of bodies free; single causes. */
 extern const diag__proposer diag__step_null, diag__step_settings, diag__step_noise,
-    diag__step_bodies, diag__step_longer, diag__step_single;
+    diag__step_bodies, diag__step_longer, diag__step_single, diag__step_factor;
 
 /* ---- search.c ---- */
 

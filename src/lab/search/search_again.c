@@ -13,8 +13,9 @@ enum { CARRIED = 10 /* rows that are fitted again */ };
 /* Half swings of the first horizon. A length that is 4 % off is out of step by 0.4 rad then,
  * which a linear model still follows. */
 static const double first_swings = 3.0;
-static const double growth = 3.0; /* from one horizon to the next */
-static const double tiny = 1e-6;  /* variance of noise, in the stated one */
+static const double growth = 3.0;   /* from one horizon to the next */
+static const double shortest = 1.5; /* records over the first horizon */
+static const double tiny = 1e-6;    /* variance of noise, in the stated one */
 
 const diag__proposer diag__step_settings = {
     .letter = 'S', .name = "settings that are off by what their digits allow"};
@@ -151,8 +152,8 @@ stein_status diag__doubt_starts(diag__problem *q, diag__table *t, diag__row *exa
 }
 
 /* Settings that are off by what their digits allow, where there is something to explain: without a
- * cause and with those of the best hypothesis. If that leaves noise, a cause of it may stand for
- * them: then also with fewer. */
+ * cause and with those of the best hypothesis. If that leaves noise, or nearly so with a part, a
+ * cause of it may stand for them: then also with fewer. */
 stein_status diag__with_settings(diag__problem *q, diag__table *t, stein_err *err)
 {
     const diag__row *best = diag__incumbent(q, t), *null = diag__best(q, t, 0);
@@ -167,7 +168,8 @@ stein_status diag__with_settings(diag__problem *q, diag__table *t, stein_err *er
                diag__leaves_noise(q, best) && !has_part(q, &best->h) && null != NULL &&
                null->chi2_dof > diag__near_noise;
     stein_status status = STEIN_OK;
-    int most = best->h.n, answers = diag__leaves_noise(q, best);
+    int most = best->h.n, near = has_part(q, &best->h) && best->chi2_dof < diag__near_noise;
+    int answers = near || diag__leaves_noise(q, best);
     for (int n = told ? most : 0; n <= most && status == STEIN_OK; n++) {
         const diag__row *row = n < most ? diag__best(q, t, n) : best;
         int asked = n == 0 || n == most || answers;
@@ -249,14 +251,15 @@ stein_status diag__over_growing_horizons(diag__problem *q, diag__table *t, stein
     double whole, until = first_swings * half_swing(&q->null, &whole);
     diag__row *lost = diag__best(q, t, 0), *row = NULL;
     diag__proposal null = {.h = {.n = 0}, .parent = -1, .by = &diag__step_longer};
-    if (lost == NULL || !diag__is_far_off(lost) || !(until > 0.0) || until * growth > whole) {
-        return STEIN_OK;
+    if (lost == NULL || !diag__is_far_off(lost) || !(until > 0.0) || until * shortest > whole) {
+        return diag__try_factors(q, t, until > 0.0 ? 1 : 2, err); // what swings has a rate
     }
     int estimated = q->scale_free;
     q->scale_free = 0; // a model that is far off is no measure of the noise
     lost->superseded = 1;
     fit__limit(&q->null, until);
     stein_status status = diag__try(q, t, &null, &row, err);
+    status = status == STEIN_OK ? diag__try_factors(q, t, 1, err) : status;
     status = status == STEIN_OK ? diag__expand_all(q, t, err) : status;
     while (status == STEIN_OK && isfinite(until) && !diag__is_spent(q)) {
         until = until * growth * growth < whole ? until * growth : (double)INFINITY;

@@ -80,11 +80,20 @@ int diag__is_far_off(const diag__row *row)
     return row == NULL || (row->chi2_dof > diag__seven_noises && row->relative > diag__followed);
 }
 
+double diag__most_amount(const lab_candidate *c)
+{
+    double tenfold = (diag__largest_read - 1.0) * c->number / c->limit;
+    return lab_candidate_is_mistakable(c) ? fmax(diag__largest_read, tenfold) : diag__largest;
+}
+
+double diag__mistake(const lab_candidate *c, double amount)
+{
+    return lab_candidate_is_mistakable(c) ? fit__long_tail(amount) - amount * amount : 0.0;
+}
+
 int diag__thinkable(const lab_candidate *c, double amount)
 {
-    int read = c->effect->site == LAB_AT_CLOCK || c->effect->site == LAB_AT_CHANNEL;
-    double most = read ? diag__largest_read : diag__largest;
-    return fabs(amount) <= most && (lab_candidate_is_signed(c) || amount > 0.0);
+    return fabs(amount) <= diag__most_amount(c) && (lab_candidate_is_signed(c) || amount > 0.0);
 }
 
 int diag__amount_is_possible(const diag__problem *q, const diag__row *row, int i)

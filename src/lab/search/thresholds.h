@@ -39,7 +39,7 @@ static const double diag__seven_noises = 50.0; /* the mechanism errs in more tha
 /* ---- residual, in the motion ---- */
 
 static const double diag__followed = 0.05; /* less: the simulation follows the records */
-static const double diag__no_model = 0.2;  /* more: it does not */
+static const double diag__no_model = 0.1;  /* more: it does not */
 
 /* ---- share of a misfit ---- */
 

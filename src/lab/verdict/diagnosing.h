@@ -137,7 +137,7 @@ stein_status diag__show(lab_diagnosis *d, const fit__problem *p, const double *x
 /** "wrong parameter", "missing effect" ...: the verdict in words. */
 const char *diag__verdict_words(lab_verdict verdict);
 /** The verdict with an effect as its only cause. */
-lab_verdict diag__verdict_of(const lab_effect *effect);
+lab_verdict diag__verdict_of(const lab_suspect *s);
 /** Fall of -2 ln L that names any cause. */
 double diag__enough(void);
 /** What nfit and nheld count: "record", or "piece" of long ones. */

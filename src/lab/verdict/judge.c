@@ -12,7 +12,8 @@
  *      t = amount/sd, Student's with n - 1 degrees of freedom.
  *   4  Of hypotheses with 0, 1, 2, 3 causes the first one is best from which on no cause more is
  *      named.
- *   5  Rivals have as many causes and come within odds of 1 to 100. If more than noise is left, a
+ *   5  Rivals have as many causes and come within odds of 1 to 100, or fit as well but for the
+ *      priors of their amounts. If more than noise is left, a
  *      better fit may be one of what is missing in all of them: then within what a cause has to
  *      gain.
  *   6  No cause is named if its 95 % interval contains 0, or if the hypothesis leaves most of the
@@ -176,8 +177,9 @@ static void find_rivals(const diag__evidence *e, int n, diag__judgement *j, cons
     int sure = is_noise(best, s) && (s->stated || best->chi2_dof <= diag__near_noise);
     double within_odds = sure ? diag__convincing : diag__least_gain;
     for (int i = 0; i < n && j->nrival < DIAG_RIVALS; i++) {
+        int alike = best->n == 1 && e[i].likelihood < best->likelihood + diag__same_fit;
         int near = e[i].possible && e[i].n == best->n && best->n > 0 &&
-                   e[i].objective < best->objective + within_odds;
+                   (alike || e[i].objective < best->objective + within_odds);
         for (int k = 0; near && k < n; k++) { // a better fit of the same hypothesis stands for it
             near = k == i || !e[k].possible || !same_causes(&e[k], &e[i]) ||
                    e[k].objective > e[i].objective || (!(e[k].objective < e[i].objective) && k > i);

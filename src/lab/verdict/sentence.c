@@ -323,7 +323,7 @@ void diag__say(lab_diagnosis *o, const diag__judgement *j, const diag__setting *
         say_input_noise(o, s);
         break;
     case DIAG_NAMED:
-        o->verdict = diag__verdict_of(o->suspect[0].candidate.effect);
+        o->verdict = diag__verdict_of(&o->suspect[0]);
         name_causes(o);
         say_settings(o);
         say_remainder(o, j, s);

@@ -26,6 +26,7 @@
 typedef struct diag__evidence {
     int n, cause[DIAG_CAUSES]; /* candidates */
     double objective, chi2_dof;
+    double likelihood; /* the objective without the priors of its amounts */
     double relative;   /* RMS residual in that of the motion */
     double memory;     /* samples that the residual is alike over */
     int scatters_most; /* records differ by as much as is allowed for, which is not noise */

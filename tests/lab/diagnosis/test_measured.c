@@ -101,54 +101,19 @@ static void ck_assert_left(const char *path, const char *what, const double most
     }
 }
 
-START_TEST(a_machine_axis_gets_its_friction_and_its_offset)
-{
-    static const char *const names[] = {"slide.mass",      "slide.damping", "slide.coulomb.T",
-                                        "slide.coulomb.w", "slide.preload", NULL};
-    static const char *const set[] = {"slide.mass=90 kg", "slide.coulomb.w=2 mm/s", NULL};
-    char train[200], pulses[200];
-    if (!converted()) {
-        return;
-    }
-    snprintf(train, sizeof train, "%s", in_folder("emps_train.csv"));
-    snprintf(pulses, sizeof pulses, "%s", in_folder("emps_pulses.csv"));
-    const char *data[] = {train, NULL};
-    fitted f;
-    open_fit(&f, "models/emps.yaml", set, data);
-    lab_fit_def def = free_these(names);
-    ck_assert_stein(lab_fit_run(&f.fit, f.model, f.data, &def, err));
-    ck_assert_status(f.fit, LAB_FIT_CONVERGED);
-    // published: 95.11 kg, 203.5 N s/m, 20.39 N, 3.165 N, by a regression on filtered signals
-    ck_assert_close(value_of(f.fit, "slide.mass")->value, 95.1089, 0.005, 0.0);
-    ck_assert_close(value_of(f.fit, "slide.damping")->value, 203.5034, 0.02, 0.0);
-    ck_assert_close(value_of(f.fit, "slide.coulomb.T")->value, 20.3935, 0.02, 0.0);
-    ck_assert_close(fabs(value_of(f.fit, "slide.preload")->value), 3.1648, 0.02, 0.0);
-    // published errors, of filtered signals too: 4.08 %, and 5.98 % of the other file
-    double raw, slow;
-    force_error(f.fit, train, &raw, &slow);
-    printf("emps, train:  %.2f %% of the force is left, below 50 Hz %.2f %%\n", 100.0 * raw,
-           100.0 * slow);
-    ck_assert(slow <= 0.0408);
-    force_error(f.fit, pulses, &raw, &slow);
-    printf("emps, pulses: %.2f %% of the force is left, below 50 Hz %.2f %%\n", 100.0 * raw,
-           100.0 * slow);
-    ck_assert(slow <= 0.0598);
-    drop(&f);
-}
-END_TEST
-
-START_TEST(its_causes_leave_the_residual_of_a_regression)
+START_TEST(its_causes_have_the_size_and_leave_the_residual_of_a_regression)
 {
     // friction that differs by direction (a worn screw, according to the authors) leaves no offset
     static const char *const cause[] = {"slide.mass",    "slide.damping",   "slide.coulomb.T",
                                         "slide.preload", "slide.asymmetry", NULL};
     // of filtered signals by regression; the last two are published
     static const double left[] = {0.692, 0.177, 0.071, 0.0408, 0.0311};
-    char train[200];
+    char train[200], pulses[200];
     if (!converted()) {
         return;
     }
     snprintf(train, sizeof train, "%s", in_folder("emps_train.csv"));
+    snprintf(pulses, sizeof pulses, "%s", in_folder("emps_pulses.csv"));
     const char *data[] = {train, NULL}, *names[6] = {NULL};
     for (int n = 0; cause[n] != NULL; n++) {
         fitted f;
@@ -162,6 +127,18 @@ START_TEST(its_causes_leave_the_residual_of_a_regression)
         printf("emps, + %-15s  %.2f %% left, below 50 Hz %.2f %% (regression %.2f %%)\n", cause[n],
                100.0 * raw, 100.0 * slow, 100.0 * left[n]);
         ck_assert_msg(slow > 0.9 * left[n] && slow < 1.05 * left[n], "%s", cause[n]);
+        if (n == 3) { // published, by a regression on filtered signals
+            ck_assert_status(f.fit, LAB_FIT_CONVERGED);
+            ck_assert_close(value_of(f.fit, "slide.mass")->value, 95.1089, 0.005, 0.0);
+            ck_assert_close(value_of(f.fit, "slide.damping")->value, 203.5034, 0.02, 0.0);
+            ck_assert_close(value_of(f.fit, "slide.coulomb.T")->value, 20.3935, 0.02, 0.0);
+            ck_assert_close(fabs(value_of(f.fit, "slide.preload")->value), 3.1648, 0.02, 0.0);
+            ck_assert(slow <= 0.0408);
+            force_error(f.fit, pulses, &raw, &slow);
+            printf("emps, pulses: %.2f %% of the force is left, below 50 Hz %.2f %%\n", 100.0 * raw,
+                   100.0 * slow);
+            ck_assert(slow <= 0.0598);
+        }
         if (n == 4) {
             ck_assert(fabs(value_of(f.fit, "slide.preload")->value) < 0.15 * 3.1648);
             ck_assert(value_of(f.fit, "slide.asymmetry")->hi < 0.0);
@@ -404,9 +381,10 @@ Suite *measured_suite(void)
     TCase *all = tcase_create("measured");
     tcase_add_unchecked_fixture(all, make_measured, remove_folder);
     tcase_set_timeout(all, 900);
-    tcase_add_test(all, a_machine_axis_gets_its_friction_and_its_offset);
-    tcase_add_test(all, its_causes_leave_the_residual_of_a_regression);
-    tcase_add_test(all, a_diagnosis_of_the_axis_finds_its_friction_and_its_offset);
+    tcase_add_test(all, its_causes_have_the_size_and_leave_the_residual_of_a_regression);
+    if (soaks() > 0) { // `make check` does the next one alone, which is harder
+        tcase_add_test(all, a_diagnosis_of_the_axis_finds_its_friction_and_its_offset);
+    }
     tcase_add_test(all, its_friction_differs_by_direction_and_leaves_no_offset);
     tcase_add_test(all, diagnoses_of_balls_find_air_where_it_matters_and_only_there);
     tcase_add_test(all, light_balls_need_drag_and_heavy_ones_do_not);

@@ -88,7 +88,7 @@ static void runge_kutta(const truth *r, double t, double h, double y[4])
 
 static const char *record_of(const truth *r, char path[100])
 {
-    enum { ROWS = 1000, STEPS = 5 };
+    enum { ROWS = 400, STEPS = 5 };
     char name[20];
     double y[4] = {-1.4 + 0.1 * r->k, 0.3 - 0.1 * r->k, 0.0, 0.0}, tau[2];
     unsigned long long seed = 77u + (unsigned)r->k;

@@ -482,15 +482,16 @@ END_TEST
 
 static void find_hidden(const world *w, const char *kind, const char *place, double size)
 {
-    char room[DROPS][200];
-    const char *path[DROPS + 1];
+    enum { FEW = 3 };
+    char room[FEW][200];
+    const char *path[FEW + 1];
     lab_model *model = NULL;
     lab_dataset *data = NULL;
     lab_diagnosis *d = NULL;
     lab_options options = cache_here(NULL);
-    hear_all(w, DROPS, KNOWN_HEIGHT, room, path);
+    hear_all(w, FEW, KNOWN_HEIGHT, room, path);
     ck_assert_stein(lab_open(&model, ball, &options, err));
-    examine(ball, model, path, DROPS, &data, &d);
+    examine(ball, model, path, FEW, &data, &d);
     printf("  %s\n", d->reason);
     ck_assert_int_eq(d->ncause, 1);
     const lab_suspect *found = NULL;

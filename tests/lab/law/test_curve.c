@@ -209,7 +209,7 @@ static void count_covered(const case_t *c, int which, int *inside, int *all)
 /* place, state and shape of law `which` */
 static void check_law(const case_t *c, int which)
 {
-    ck_assert_int_eq(c->d->verdict, LAB_VERDICT_UNKNOWN_EFFECT);
+    ck_assert_msg(c->d->verdict == LAB_VERDICT_UNKNOWN_EFFECT, "%s", c->d->reason);
     ck_assert_int_eq(c->d->ncause, 0);
     ck_assert_int_ge(c->d->nlaw, 1);
     const lab_law *l = &c->d->law[0];
@@ -279,14 +279,16 @@ START_TEST(bands_hold_the_truth_about_as_often_as_stated)
 {
     int inside = 0, all = 0;
     for (int which = 0; which < LAWS; which++) {
-        case_t second;
-        open_hidden(&second, which, 77);
         count_covered(&first[which], which, &inside, &all);
-        count_covered(&second, which, &inside, &all);
-        close_case(&second);
+        for (int seed = 77; seed < 77 + soaks(); seed++) {
+            case_t other;
+            open_hidden(&other, which, seed);
+            count_covered(&other, which, &inside, &all);
+            close_case(&other);
+        }
     }
     printf("bands: %d of %d points of the truth are in them\n", inside, all);
-    ck_assert_double_ge(inside, 0.88 * all); // 200 of 200 when this was written
+    ck_assert_double_ge(inside, 0.88 * all); // 200 of 200 with SOAK=1
 }
 END_TEST
 

@@ -888,7 +888,7 @@ START_TEST(letters_of_proposers_are_unique)
         &diag__propose_moved, &diag__propose_add,   &diag__propose_pair, &diag__propose_exchange,
         &diag__propose_merge, &diag__propose_drop,  &diag__propose_twin, &diag__propose_restart,
         &diag__step_null,     &diag__step_settings, &diag__step_noise,   &diag__step_bodies,
-        &diag__step_single,   &diag__step_longer};
+        &diag__step_single,   &diag__step_longer,   &diag__step_factor};
     for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
         for (size_t k = 0; k < i; k++) {
             ck_assert_int_ne(all[i]->letter, all[k]->letter);

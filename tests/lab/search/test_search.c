@@ -654,11 +654,11 @@ START_TEST(a_long_swing_with_two_causes_is_searched_from_its_first_periods_on)
               .truth = truth,
               .channels = "angle",
               .rate = 25.0,
-              .until = 80.0,
+              .until = 30.0,
               .noise = 2e-3,
               .silent = 1,
               .seed = 79};
-    const char *data[] = {take("eighty.csv", &m), NULL};
+    const char *data[] = {take("long.csv", &m), NULL};
     fitted f;
     open_fit(&f, pendulum, NULL, data);
     lab_options options = cache_here(NULL);
@@ -666,7 +666,7 @@ START_TEST(a_long_swing_with_two_causes_is_searched_from_its_first_periods_on)
     def.options = &options;
     lab_diagnosis *d = NULL;
     ck_assert_stein(lab_diagnose(&d, pendulum, f.model, f.data, &def, err));
-    printf("eighty seconds: %s chi2/dof %.4g -> %.4g, %d fits\n", d->reason, d->chi2_dof_before,
+    printf("thirty seconds: %s chi2/dof %.4g -> %.4g, %d fits\n", d->reason, d->chi2_dof_before,
            d->chi2_dof_after, d->fits);
     int viscous = 0;
     for (int i = 0; i < d->ncause; i++) {

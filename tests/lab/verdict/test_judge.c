@@ -18,6 +18,7 @@ static const double far_left = 3.0, noise_left = 1.02; /* chi2/dof */
 static diag__evidence none(double objective, double chi2_dof)
 {
     return (diag__evidence){.objective = objective,
+                            .likelihood = objective,
                             .chi2_dof = chi2_dof,
                             .relative = 0.3,
                             .memory = 20.0,
@@ -317,6 +318,20 @@ START_TEST(rivals_are_within_odds_of_1_to_100_and_sorted)
     ck_assert_int_eq(j.nrival, 2);
     ck_assert_int_eq(j.rival[0], 3);
     ck_assert_int_eq(j.rival[1], 1);
+}
+END_TEST
+
+/* priors of amounts alone do not decide between causes that fit as well */
+START_TEST(a_cause_that_fits_as_well_is_a_rival_whatever_its_prior)
+{
+    for (int i = 0; i < 2; i++) {
+        diag__evidence e[] = {none(1000.0, far_left), one(A, 400.0, noise_left),
+                              one(B, 417.0, noise_left)};
+        e[2].likelihood = i ? 401.0 : 403.0;
+        diag__judgement j = diag__judge(e, 3, &plain);
+        ck_assert_int_eq(j.best, 1);
+        ck_assert_int_eq(j.nrival, i);
+    }
 }
 END_TEST
 
@@ -666,6 +681,7 @@ Suite *judge_suite(void)
     tcase_add_test(tc, a_number_without_a_tolerance_is_preferred_to_the_clock);
     tcase_add_test(tc, of_named_effects_that_fit_as_well_as_a_number_the_best_one_is_preferred);
     tcase_add_test(tc, rivals_are_within_odds_of_1_to_100_and_sorted);
+    tcase_add_test(tc, a_cause_that_fits_as_well_is_a_rival_whatever_its_prior);
     tcase_add_test(tc, rivals_come_within_what_a_cause_has_to_gain_if_more_than_noise_is_left);
     tcase_add_test(tc, a_tie_is_between_rivals);
     tcase_add_test(tc, a_rival_with_several_rows_is_listed_once);
