@@ -42,6 +42,7 @@
     X(effects)       \
     X(structure)     \
     X(extend)        \
+    X(change)        \
     X(mixed)         \
     X(reality)       \
     X(outside)       \

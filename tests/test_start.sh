@@ -157,6 +157,38 @@ claim 1 "degrees under a title of radians" "$stein" diagnose models/swing/swing.
 shows "nothing was fitted" '^swing: unusable_model (nothing was fitted'
 shows "the headline says what is wrong" '<h1>angle is in deg, not in rad</h1>' "$dir/degrees/report.html"
 if grep -q 'every candidate\|samples of\|held out' "$dir/degrees/report.html"; then fail "no fit is told of"; else pass; fi
+if [ "$(cat "$dir/out" "$dir/err" | grep -c 'do not mean what they say')" = 1 ]; then pass; else fail "the reason is printed once"; fi
+
+# ---- an inertia that was entered about the pin: the cause shows old and new number, errors are in degrees
+cat >"$dir/pin.yaml" <<'END'
+mechanism: bob
+bodies:
+  rod:
+    joint: R -y
+    mass: 300 g +- 1 g
+    centre: [0, 0, -400 mm +- 1 mm]
+    inertia: {yy: 0.052 kg m^2 +- 0.001 kg m^2}
+    damping: 1.5e-3 N m s/rad +- 5e-5 N m s/rad
+    points: {end: [0, 0, -600 mm]}
+outputs:
+  angle: {joint: rod, read: position}
+simulation: {dt: 1 ms, until: 20 s}
+END
+for start in 15 5 30; do
+    "$stein" simulate "$dir/pin.yaml" --set rod.inertia.yy=0.004 --set rod.initial.position=${start}deg --every 20ms -o "$dir/run.csv" --format csv-plain >/dev/null 2>&1
+    awk -F, -v seed=$start 'BEGIN { srand(seed); print "t;angle (deg)" } NR > 1 {
+        line = sprintf("%.3f;%.3f", $1, 57.29577951 * $2 + 0.15 * sqrt(-2 * log(1 - rand())) * cos(6.283185307 * rand()))
+        gsub(/\./, ",", line); print line }' "$dir/run.csv" >"$dir/pin_$start.csv"
+done
+claim 0 "an inertia about the pin" "$stein" diagnose "$dir/pin.yaml" "$dir"/pin_*.csv -o "$dir/pin" --explain inertia@rod
+shows "the cause has the old and the new number" '^cause: inertia at rod: inertia.yy: 0\.052 -> 0\.00[34][0-9]* kg m^2 (95 %: .* times smaller$'
+shows "the error is in the unit of the records" '^held-out error: angle [0-9.]* -> 0\.1[0-9]* deg ([0-9]* -> 2\.[0-9]* mrad), '
+shows "a named cause is explained" '^explain: inertia at rod is in the verdict: .* a gain of [0-9.]*, where [0-9]* is enough'
+shows "the report has the new number" 'inertia.yy: 0\.052 → 0\.00[34][0-9]* kg m<sup>2</sup> (95 %: ' "$dir/pin/report.html"
+if [ "$(grep -c 'titles without a unit' "$dir/pin/report.html")" = 1 ]; then pass; else fail "titles without a unit are told once"; fi
+moved=$(sed -n 's/^#   rod.inertia.yy = \([0-9.]*\) .*without the cause inertia at rod.*/\1/p' "$dir/pin/extended.yaml")
+[ -n "$moved" ] && grep -q "inertia: {yy: $(echo "$moved" | cut -c 1-6)" "$dir/pin/extended.yaml"
+ok "head and body of the extended file agree" $?
 
 # ---- a tracked point that is too far out acts exactly like a gain of its channel: both are named
 sed 's/end: \[0, 0, -330 mm\]/end: [0, 0, -345 mm]/; /^  angle:/d' "$dir/both.yaml" >"$dir/far.yaml"

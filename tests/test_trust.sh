@@ -296,6 +296,27 @@ says "what is denser than any metal" 'heavy.yaml:3:28: warning: arm.mass = "82" 
 sed 's/mass: 82/mass: 82 g/; s/-20\]/-20 mm]/; s/3e-4/300/' "$dir/arm.yaml" >"$dir/inert.yaml"
 claim 0 "an inertia in other units" "$stein" check "$dir/inert.yaml"
 says "is told with its mass and size" 'inert.yaml:3:[0-9]*: warning: the inertia of arm, 300 kg m^2, is .* times the largest of 0\.082 kg within 0\.11 m'
+cat >"$dir/pin.yaml" <<'END'
+mechanism: pin
+bodies:
+  rod:
+    joint: R -y
+    mass: 300 g
+    centre: [0, 0, -400 mm]
+    inertia: {yy: 0.052 kg m^2}
+    points: {end: [0, 0, -600 mm]}
+outputs: {q: {joint: rod, read: position}}
+END
+claim 0 "an inertia about the pin" "$stein" check "$dir/pin.yaml"
+says "is told with that about the centre" 'pin.yaml:7:19: warning: `inertia:` of rod is about its centre of mass, .* write 0\.004 kg m^2, which is less by m c^2'
+claim 0 "the one about the centre" "$stein" check "$dir/pin.yaml" --set rod.inertia.yy=0.004
+if [ -s "$dir/err" ]; then fail "is right"; else pass; fi
+sed '/inertia/d' "$dir/pin.yaml" >"$dir/point.yaml"
+claim 0 "a rod without inertia" "$stein" check "$dir/point.yaml"
+says "is told" 'point.yaml:4:5: warning: the body rod has no inertia about y'
+sed 's/300 g/0/' "$dir/pin.yaml" >"$dir/light.yaml"
+claim 0 "a rod without mass" "$stein" check "$dir/light.yaml"
+says "is told" 'light.yaml:5:11: warning: the body rod has no mass'
 for file in models/*.yaml models/robotran/*.yaml; do
     claim 0 "$file" "$stein" check "$file"
     if grep -q warning "$dir/err"; then fail "$file has no doubts"; else pass; fi

@@ -48,6 +48,8 @@ typedef enum {
     LAB_TRIGGER_UNSYNCHRONISED
 } lab_trigger;
 
+enum { LAB_UNIT = 24 };
+
 /** One measured channel. A name that is an input and an output of the model is an input. Times of
  *  events do not belong to rows: value[i] is the time of the i-th event, and unit is "s". */
 typedef struct lab_column {
@@ -65,6 +67,9 @@ typedef struct lab_column {
     int line, column;             /* place of its title in the file, from 1 */
     int unit_assumed;             /* 1: the title states no unit, the values were read as SI */
     int wraps;                    /* turns by 2 pi that were taken out of an angle */
+    /* its unit in the file where that is no power of ten of `unit`, "deg", "deg/s"; "" */
+    char written[LAB_UNIT];
+    double factor; /* one of that unit [unit] */
 } lab_column;
 
 /** A `# set` or `# known`. */

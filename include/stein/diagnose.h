@@ -175,6 +175,16 @@ typedef struct lab_cause_number {
     double value, sd, lo, hi;
 } lab_cause_number;
 
+enum { LAB_CHANGE_TEXT = 300 };
+/** A number of the file that a cause changes, with the 95 % interval of its new value: that of the
+ *  amount, moved along. */
+typedef struct lab_change {
+    char name[LAB_PLACE]; /* "rod.inertia.yy" */
+    char unit[LAB_UNIT];  /* as the file writes it, "kg cm^2"; SI where it writes none; "" of "1" */
+    double factor;        /* one of that unit [SI] */
+    double from, to, lo, hi; /* in the file, with the refitted numbers and the cause [SI] */
+} lab_change;
+
 /** Evidence for or against a candidate. */
 typedef enum {
     LAB_NOT_JUDGED, /* no fit has converged */
@@ -227,7 +237,10 @@ typedef struct lab_suspect {
     double gain;   /* NAN unless refitted */
     int nnumber;   /* of a refitted one */
     lab_cause_number number[1 + LAB_SIDES];
-    double chi2_dof; /* of the refit */
+    int nchange; /* of a cause or rival that changes numbers which the file states, else 0 */
+    lab_change change[LAB_MOVED];
+    char fitted_beside[2 * LAB_PLACE]; /* other candidates of the fit that its numbers are from */
+    double chi2_dof;                   /* of the refit */
     double held_out; /* RMSE on held-out strokes over the noise; NAN unless refitted */
     /* of one cause of several: ratio of held-out errors with all causes and without this one, all
      * else refitted, with a 95 % bootstrap interval over strokes; else NAN */
@@ -249,7 +262,9 @@ typedef struct lab_gain {
     const char *unit, *phase; /* phase NULL: all */
     int samples;
     double rmse_before, rmse_after, noise;
-    double ratio, lo, hi; /* after/before with a 95 % bootstrap interval over strokes */
+    char written[LAB_UNIT]; /* unit of the records where it is deg instead of rad; "" */
+    double per_unit;        /* one `unit` in that */
+    double ratio, lo, hi;   /* after/before with a 95 % bootstrap interval over strokes */
 } lab_gain;
 
 /** One channel of one stroke as measured and as predicted [unit]; arrays are [n]. */
@@ -495,7 +510,7 @@ typedef struct lab_diagnosis {
     lab_law *law; /* with an unknown effect: best first; law[0].pays: it is in the extension */
     int nlaw;
     lab_motion motion; /* the check by forces */
-    char *explanation; /* why a candidate is not the verdict; NULL: not requested */
+    char *explanation; /* why a candidate is in the verdict or not; NULL: not requested */
     int fits, strokes_simulated;
     double seconds;
     lab_model **kept; /* mechanisms with parts, which own names and units */
@@ -535,6 +550,10 @@ void lab_diagnosis_destroy(lab_diagnosis *diagnosis);
 /** Does the extended file differ from the file: by a law, or by a cause that is not one record's
  *  own setting? */
 int lab_diagnosis_extends(const lab_diagnosis *diagnosis);
+
+/** What a cause changes, in one unit: "inertia.yy: 0.052 -> 0.0040 kg m^2 (95 %: 0.0012 to 0.0068),
+ *  13 times smaller". "" where it changes no number that the file states. @return text */
+const char *lab_change_text(const lab_suspect *cause, char text[LAB_CHANGE_TEXT]);
 
 /** Write the mechanism file with the causes and the refitted numbers. Comments are kept; a head
  * states the additions and the data. Numbers come from diagnosis->value; then lab_candidate_apply

@@ -8,7 +8,7 @@
 #include "cli.h"
 #include "stein/plan.h"
 
-enum { SHOWN = 12, NAME_WIDTH = 46 };
+enum { SHOWN = 12, NAME_LEAST = 24, NAME_MOST = 72 };
 
 typedef struct job {
     const cli_args *args;
@@ -56,12 +56,35 @@ static int read_options(job *j)
 
 /* ---- output ---- */
 
-static void print_name(const char *text)
+static void print_name(const char *text, int width)
 {
-    printf("%s%*s", text, cli_width(text) < NAME_WIDTH ? NAME_WIDTH - cli_width(text) : 1, "");
+    printf("%s%*s", text, cli_width(text) < width ? width - cli_width(text) : 1, "");
 }
 
-static void print_experiment(const lab_experiment *e, const lab_plan *plan)
+/* the first column: as wide as the longest name */
+static int name_width(const lab_plan *p, int shown)
+{
+    int width = NAME_LEAST;
+    for (int i = 0; i < shown; i++) {
+        int own = cli_width(p->experiment[i].name) + 2;
+        width = own > width ? own : width;
+    }
+    return width < NAME_MOST ? width : NAME_MOST;
+}
+
+static void print_head(const lab_plan *p, int width)
+{
+    printf("The first row separates them best. Needed: records (or checks) for odds of %.4g to 1 "
+           "in 9 of "
+           "10 cases. 2 ln odds: 9.2 is 100 to 1, 0 tells nothing.\n\n",
+           p->wanted);
+    print_name("", width);
+    printf("%9s  %21s\n", "needed", "2 ln odds of one [1]");
+    print_name("experiment", width);
+    printf("%9s  %7s %13s  %s\n", "[records]", "mean", "9 of 10 above", "how");
+}
+
+static void print_experiment(const lab_experiment *e, const lab_plan *plan, int width)
 {
     char repeats[CLI_TEXT];
     if (e->repeats > 0) {
@@ -69,11 +92,11 @@ static void print_experiment(const lab_experiment *e, const lab_plan *plan)
     } else {
         snprintf(repeats, sizeof repeats, "> %d", plan->most);
     }
-    print_name(e->name);
+    print_name(e->name, width);
     if (e->feasible) {
-        printf("%10.3g %10.3g %8s  %s\n", e->odds, e->odds_worst, repeats, e->why);
+        printf("%9s  %7.3g %13.3g  %s\n", repeats, e->odds, e->odds_worst, e->why);
     } else {
-        printf("%10s %10s %8s  %s\n", "-", "-", "-", e->why);
+        printf("%9s  %7s %13s  %s\n", "-", "-", "-", e->why);
     }
 }
 
@@ -124,20 +147,15 @@ static void print_plan(const job *j)
         printf("%d rivals more are left out, they are less likely\n", p->left_out);
     }
     printf("\n");
-    print_name("experiment");
-    printf("%10s %10s %8s  %s\n", "2 ln odds", "worst 10 %", "repeats", "");
+    int width = name_width(p, shown);
+    print_head(p, width);
     for (int i = 0; i < shown; i++) {
-        print_experiment(&p->experiment[i], p);
+        print_experiment(&p->experiment[i], p, width);
     }
     if (p->n > shown) {
         printf("%d more separate less\n", p->n - shown);
     }
-    printf(
-        "\n2 ln odds: expected of one record or check, whichever is true; 9 of 10 exceed the worst "
-        "10 %%.\nrepeats: records, or checks, that give odds of %.4g to 1 in 9 of 10 cases; at "
-        "least "
-        "two records.\n",
-        p->wanted);
+    printf("\n");
     printf("%d records simulated, %.3g s\n", p->strokes, p->seconds);
 }
 
@@ -266,9 +284,8 @@ const cli_command cli_plan = {
         "follows with each possible addition (channel, setting, start, load, motion) and its\n"
         "cost: one more record counts 1, another set-up 4.",
     .output =
-        "A table: the experiment, 2 ln of the odds expected from one record, the value that 9 of "
-        "10\n"
-        "records exceed, the number of records for the odds wanted, and what to do. In\n"
+        "A table: the experiment, the number of records for the odds wanted, 2 ln of the odds\n"
+        "expected from one record, the value that 9 of 10 records exceed, and what to do. In\n"
         "DIR: plan.json {\"cause\", \"rivals\", \"odds_wanted\", \"experiments\": "
         "[{\"experiment\",\n"
         "\"why\", \"feasible\", \"odds\", \"odds_worst\", \"repeats\", \"all_pairs\", "

@@ -25,7 +25,12 @@ static void put_cause(const lab_suspect *s)
     const lab_candidate *c = &s->candidate;
     char scope[LAB_PLACE];
     printf("cause: %s at %s%s", c->effect->kind, c->place, lab_candidate_scope(c, scope));
-    for (int i = 0; i < s->nnumber; i++) {
+    char change[LAB_CHANGE_TEXT];
+    int changed = *lab_change_text(s, change) != '\0';
+    if (changed) {
+        printf(": %s", change);
+    }
+    for (int i = changed; i < s->nnumber; i++) {
         printf("%s ", i == 0 ? ":" : ",");
         put_number(&s->number[i]);
     }
@@ -76,7 +81,16 @@ static void put_departure(const lab_diagnosis *d)
     }
 }
 
-/* of each channel in its own unit, of all in noises */
+static void before_after(const lab_gain *g, int after, double factor, const char *unit)
+{
+    printf("%.3g", factor * g->rmse_before);
+    if (after) {
+        printf(" -> %.3g", factor * g->rmse_after);
+    }
+    printf("%s%s", *unit != '\0' ? " " : "", unit);
+}
+
+/* of each channel in the unit of the records and of SI, of all in noises */
 static void put_error(const lab_diagnosis *d)
 {
     const lab_gain *g = &d->gain;
@@ -84,23 +98,24 @@ static void put_error(const lab_diagnosis *d)
     if (!isfinite(g->rmse_before) || d->nheld == 0) {
         return;
     }
-    printf("held-out error:");
+    printf("held-out error: ");
     for (int i = 0; i < d->ngain; i++) {
         const lab_gain *c = &d->gains[i];
-        if (c->channel != NULL && c->phase == NULL) {
-            page__unit u = page__unit_for(c->unit, c->rmse_before);
-            printf(" %s %.3g", c->channel, u.factor * c->rmse_before);
-            if (after) {
-                printf(" -> %.3g", u.factor * c->rmse_after);
-            }
-            printf("%s%s,", *u.name != '\0' ? " " : "", u.name);
+        if (c->channel == NULL || c->phase != NULL) {
+            continue;
         }
+        page__unit u = page__unit_for(c->unit, c->rmse_before);
+        int written = c->written[0] != '\0';
+        printf("%s ", c->channel);
+        if (written) {
+            before_after(c, after, c->per_unit, c->written);
+        }
+        printf("%s", written ? " (" : "");
+        before_after(c, after, u.factor, u.name);
+        printf("%s, ", written ? ")" : "");
     }
-    printf(" %.3g", g->rmse_before);
-    if (after) {
-        printf(" -> %.3g", g->rmse_after);
-    }
-    printf(" noise (noise alone leaves %.3g)\n", d->noise_floor);
+    before_after(g, after, 1.0, "noise");
+    printf(" (noise alone leaves %.3g)\n", d->noise_floor);
 }
 
 void cli_summary(const char *model, const lab_diagnosis *d)

@@ -38,7 +38,8 @@ typedef struct mech_scalar {
 /** A parameter. declared: from the `parameters` section (symbolic even at 0). */
 typedef struct mech_param {
     char name[MECH_PATH];
-    char unit[MECH_UNIT]; /* SI, "N/m^3", "1" for none */
+    char unit[MECH_UNIT];    /* SI, "N/m^3", "1" for none */
+    char written[MECH_UNIT]; /* its unit as the file writes it, "kg cm^2"; "" none, or a formula */
     mech_dim dim;
     double value, tolerance; /* [SI]; tolerance 0 when none was given */
     int declared, line, column;

@@ -239,6 +239,25 @@ static void narrow(mech_param *p, stein_range range)
     p->range = range > p->range ? range : p->range;
 }
 
+/** The unit of "+82.3 g +- 1 %", a single number: "g". */
+static void note_unit(mech_param *p, const char *text)
+{
+    char why[MECH__WHY];
+    const char *bad;
+    mech__quantity q;
+    size_t start = strspn(text, " \t+-"), n = start + strspn(text + start, "0123456789.");
+    int used = mech__quantity_at(text + start, &q, why, &bad);
+
+    if ((text[n] | 0x20) == 'e' && strcspn(text + n, "0123456789") <= 2) {
+        n += 1 + strspn(text + n + 1, "+-0123456789");
+    }
+    n += strspn(text + n, " \t");
+    if (used > 0 && q.has_unit && start + (size_t)used > n &&
+        start + (size_t)used - n < sizeof p->written) {
+        memcpy(p->written, text + n, start + (size_t)used - n);
+    }
+}
+
 static mech_scalar add_param(mech__reader *rd, const mech__slot *s, double value, double tolerance)
 {
     mech_param *p = &rd->m->params[rd->m->nparam];
@@ -249,6 +268,9 @@ static mech_scalar add_param(mech__reader *rd, const mech__slot *s, double value
         mech__name_copy(p->unit, sizeof p->unit, s->unit);
     } else {
         mech__unit_text(s->dim, p->unit);
+    }
+    if (s->text && !s->label) {
+        note_unit(p, s->text);
     }
     p->dim = s->dim;
     p->value = value;

@@ -425,6 +425,15 @@ int data__pass_over(data__reader *r, const data__title *t)
     return 1;
 }
 
+/* degrees are told as degrees again */
+static void note_written(lab_column *c, const data__title *t)
+{
+    if (t->factor != 1.0) {
+        snprintf(c->written, sizeof c->written, "%.23s", t->unit);
+        c->factor = t->factor * pow(10.0, t->exp10);
+    }
+}
+
 static void add_channel(data__reader *r, data__title *t)
 {
     const stein_model *m = r->model;
@@ -457,6 +466,7 @@ static void add_channel(data__reader *r, data__title *t)
                      .line = r->header_line,
                      .column = t->at,
                      .unit_assumed = !t->has_unit && strcmp(wanted, "1") != 0};
+    note_written(&r->out->column[t->to], t);
 }
 
 /* Is none of the columns the model's? One message then, with the expected titles. */
@@ -571,6 +581,7 @@ int data__unit_line(data__reader *r, const data__cell *cell, int n)
         t->has_unit = 1;
         fit_unit(r, t, c != NULL ? c->unit : "s");
         if (c != NULL) {
+            note_written(c, t);
             c->unit_assumed = 0;
         } else {
             r->out->data.time_unit_assumed = 0;

@@ -10,6 +10,7 @@
  *   bind.c           a candidate in a model
  *   contact_poses.c  relative pose of two bodies where they touch
  *   extend.c         the extended file
+ *   change.c         what a cause changes in the file
  * Included by: this folder, src/lab.
  */
 #ifndef ADDED_PARTS_H
@@ -185,5 +186,13 @@ stein_status lab__bind_parameters(lab_candidate *c, const lab_model *model, stei
 /** Leave out every candidate that has the direction of an earlier one, or no effect, and note the
  *  names. @return OK, ENOMEM */
 stein_status lab__aliases(lab_candidate *list, int *n, const lab_model *model, stein_err *err);
+
+/* ---- change.c ---- */
+
+/** Fill in what a cause changes (lab_suspect.change).
+ *  @param c      the same candidate, bound to the model of the file
+ *  @param value  [nvalue] refitted numbers, which the amount moves */
+void lab__note_changes(lab_suspect *s, const lab_candidate *c, const lab_model *model,
+                       const lab_fit_value *value, int nvalue);
 
 #endif

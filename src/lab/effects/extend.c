@@ -27,6 +27,7 @@ typedef struct extension {
     lab_candidate *list; /* [ncause] bound to that model, with the numbers found */
     double *p, *sd;      /* [np] */
     unsigned char *new;  /* [np] 1: to be written */
+    int *cause;          /* [np] 1 + index of the cause that has moved it; 0: none */
 } extension;
 
 /* ---- numbers of a cause ---- */
@@ -197,6 +198,7 @@ static stein_status take_cause(extension *x, int k, stein_err *err)
                  ? fmax(sd, diag__some_of * fabs(after - before[i]))
                  : sd;
         mark(x, c->param[i], follows ? 0.0 : sd);
+        x->cause[c->param[i]] = 1 + k;
     }
     for (int i = 0; i < LAB_SIDES; i++) {
         mark(x, c->side[i].param, deviation(find_number(s, c->side[i].name)));
@@ -211,7 +213,8 @@ static stein_status take_numbers(extension *x, stein_err *err)
     x->p = malloc(sizeof *x->p * (np + 1));
     x->sd = calloc(np + 1, sizeof *x->sd);
     x->new = calloc(np + 1, 1);
-    if (x->list == NULL || x->p == NULL || x->sd == NULL || x->new == NULL) {
+    x->cause = calloc(np + 1, sizeof *x->cause);
+    if (x->list == NULL || x->p == NULL || x->sd == NULL || x->new == NULL || x->cause == NULL) {
         return lab__no_memory(err);
     }
     memcpy(x->p, lab_parameters(x->model), sizeof *x->p * np);
@@ -266,6 +269,10 @@ static void write_cause(FILE *f, const lab_suspect *s)
     const lab_cause_number *size = find_number(s, lab_candidate_size(&c));
     write_number(f, lab_candidate_size(&c), size != NULL ? size->unit : c.unit,
                  size != NULL ? size->value : s->amount, size);
+    char change[LAB_CHANGE_TEXT];
+    if (*lab_change_text(s, change) != '\0' && !is_of_record(s)) {
+        fprintf(f, "#     so %s\n", change);
+    }
     for (int k = 0; k < LAB_SIDES && c.side[k].name != NULL; k++) {
         const lab_side *side = &c.side[k];
         write_number(f, side->name, side->unit, side->value, find_number(s, side->name));
@@ -295,6 +302,26 @@ static void write_data(FILE *f, const lab_diagnosis *d)
     }
 }
 
+/* the refitted numbers as this file has them; of one that a cause moves, where it moved from */
+static void write_values(FILE *f, const extension *x)
+{
+    const stein_model *m = lab_equations(x->model);
+    fputs(x->d->nvalue > 0 ? "# Refitted, numbers as they are below:\n" : "", f);
+    for (int k = 0; k < x->d->nvalue; k++) {
+        char text[4][SHOWN];
+        const lab_fit_value *v = &x->d->value[k];
+        int i = stein_find_param(m, v->name), by = x->cause[i];
+        fprintf(f, "#   %s = %s +- %s (was %s", v->name, shown(text[0], x->p[i], NULL),
+                shown(text[1], x->sd[i], v->unit), shown(text[2], v->start, NULL));
+        if (by > 0) {
+            const lab_candidate *c = &x->d->suspect[by - 1].candidate;
+            fprintf(f, "; without the cause %s at %s it is %s", c->effect->kind, c->place,
+                    shown(text[3], v->value, NULL));
+        }
+        fputs(")\n", f);
+    }
+}
+
 static void write_head(FILE *f, const extension *x)
 {
     const lab_diagnosis *d = x->d;
@@ -317,12 +344,7 @@ static void write_head(FILE *f, const extension *x)
                 law->table);
     }
     write_data(f, d);
-    for (int k = 0; k < d->nvalue; k++) {
-        char text[3][SHOWN];
-        const lab_fit_value *v = &d->value[k];
-        fprintf(f, "#   %s = %s +- %s (was %s)\n", v->name, shown(text[0], v->value, NULL),
-                shown(text[1], v->sd, v->unit), shown(text[2], v->start, NULL));
-    }
+    write_values(f, x);
     fputs("#\n", f);
 }
 
@@ -377,6 +399,7 @@ stein_status lab__extended_text(char **text, const char *file, const lab_diagnos
     free(x.p);
     free(x.sd);
     free(x.new);
+    free(x.cause);
     free(x.text);
     return status;
 }

@@ -34,15 +34,19 @@ static void share(FILE *f, double part)
     }
 }
 
-static void row(FILE *f, const lab_suspect *s)
+static void row(FILE *f, const lab_diagnosis *d, int i)
 {
+    const lab_suspect *s = &d->suspect[i];
     const lab_power *p = &s->power;
+    int own = i < d->ncause + d->nrival && s->nnumber > 0;
     fputs("<tr><th scope=\"row\">", f);
     page__words(f, s->candidate.effect != NULL ? s->candidate.effect->kind : "");
     fputs("<small>", f);
     page__text(f, s->candidate.place);
     fputs("</small></th><td>", f);
-    if (isfinite(p->amount)) {
+    if (own) { // as everywhere else in the report
+        page__interval(f, s->number[0].value, s->number[0].lo, s->number[0].hi, s->number[0].unit);
+    } else if (isfinite(p->amount)) {
         page__interval(f, p->amount, p->amount - 1.96 * p->sd, p->amount + 1.96 * p->sd,
                        s->candidate.unit);
     }
@@ -77,7 +81,7 @@ static void group(FILE *f, const lab_diagnosis *d, int k)
           f);
     for (int i = 0; i < d->nsuspect; i++) {
         if (d->suspect[i].power.presence == groups[k].presence) {
-            row(f, &d->suspect[i]);
+            row(f, d, i);
         }
     }
     fputs("</table></div></details>\n", f);
@@ -89,8 +93,17 @@ void page__seen(FILE *f, const lab_diagnosis *d)
         return;
     }
     fputs("<section id=\"seen\"><h2>Detectability</h2>\n<p>Estimates and limits from these records "
-          "for every candidate, beside the causes, all else refitted. An effect of the size "
-          "\"would be named from\" would have been named with 95&nbsp;% probability.</p>\n",
+          "for every candidate, all else refitted",
+          f);
+    for (int i = 0; i < d->ncause && i < d->nsuspect; i++) {
+        fputs(i == 0 ? ": of a cause or rival from its own fit, of any other one beside "
+              : i + 1 < d->ncause ? ", "
+                                  : " and ",
+              f);
+        page__cause(f, &d->suspect[i].candidate);
+    }
+    fputs(". An effect of the size \"would be named from\" would have been named with 95&nbsp;% "
+          "probability.</p>\n",
           f);
     for (int k = 0; k < GROUPS; k++) {
         group(f, d, k);

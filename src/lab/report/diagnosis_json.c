@@ -38,6 +38,26 @@ static void write_parameters(lab__json *j, const lab_suspect *s)
     lab__json_close(j);
 }
 
+/* numbers of the file that it changes; "change" has them in words, null: there are none */
+static void write_changes(lab__json *j, const lab_suspect *s)
+{
+    char text[LAB_CHANGE_TEXT];
+    lab__json_text(j, "change", *lab_change_text(s, text) != '\0' ? text : NULL);
+    lab__json_open(j, "changes", '[');
+    for (int i = 0; i < s->nchange; i++) {
+        const lab_change *c = &s->change[i];
+        lab__json_open(j, NULL, '{');
+        lab__json_text(j, "name", c->name);
+        lab__json_text(j, "written_in", c->unit);
+        lab__json_real(j, "from", c->from);
+        lab__json_real(j, "to", c->to);
+        lab__json_real(j, "lo", c->lo);
+        lab__json_real(j, "hi", c->hi);
+        lab__json_close(j);
+    }
+    lab__json_close(j);
+}
+
 static int is_change(const lab_suspect *s)
 {
     return s->candidate.effect != NULL && s->candidate.from > 0 && s->candidate.until == 0;
@@ -129,6 +149,7 @@ static void write_cause(lab__json *j, const lab_diagnosis *d, const lab_suspect 
                    s->candidate.effect != NULL ? lab_candidate_equation(&s->candidate) : NULL);
     lab__json_text(j, "also_called", s->candidate.alias);
     write_parameters(j, s);
+    write_changes(j, s);
     lab__json_open(j, "evidence", '{');
     lab__json_real(j, "gain", s->refitted ? s->gain : (double)NAN);
     lab__json_real(j, "predicted_gain", s->score);

@@ -144,11 +144,16 @@ static const char *rank_of(const lab_diagnosis *d, int i)
 
 static void suspect_numbers(FILE *f, const lab_suspect *s)
 {
-    for (int i = 0; i < s->nnumber; i++) {
+    for (int i = page__change(f, s); i < s->nnumber; i++) {
         fputs(i > 0 ? ", " : "", f);
         page__words(f, s->number[i].name);
         fputs(" ", f);
         page__interval(f, s->number[i].value, s->number[i].lo, s->number[i].hi, s->number[i].unit);
+    }
+    if (s->nnumber > 0 && s->fitted_beside[0] != '\0') {
+        fputs("<small>beside ", f);
+        page__words(f, s->fitted_beside);
+        fputs("</small>", f);
     }
     if (s->nnumber == 0 && s->candidate.effect != NULL && isfinite(s->amount)) {
         page__words(f, lab_candidate_size(&s->candidate));
@@ -199,7 +204,8 @@ void page__suspects(FILE *f, const lab_diagnosis *d)
     }
     fputs("<section id=\"suspects\"><h2>Candidates</h2>\n<p>How much the misfit (\xe2\x88\x92"
           "2 log likelihood) falls when the effect is added and everything else is refitted, "
-          "with variation from record to record. Pale bars are predictions, not refits.</p>\n"
+          "with variation from record to record. Pale bars are predictions, not refits. An amount "
+          "with an interval is from a fit of that candidate, alone or beside those below it.</p>\n"
           "<div class=\"scroll\" tabindex=\"0\"><table class=\"fold "
           "suspects\">\n<tr><td></td><td></td><th>fall"
           "</th><th>amount</th><td></td></tr>\n",
@@ -246,19 +252,18 @@ static void ratio_bar(FILE *f, const lab_gain *g)
     fputs("</svg></td>", f);
 }
 
-static void gain_row(FILE *f, const lab_gain *g, const char *unit)
+static void gain_row(FILE *f, const lab_gain *g)
 {
+    const double error[] = {g->rmse_before, g->rmse_after, g->noise};
     fputs("<tr><th scope=\"row\">", f);
     page__words(f, g->channel != NULL ? g->channel : "all channels");
     fputs("<small>", f);
     page__text(f, g->phase != NULL ? g->phase : "all phases");
     fputs("</small></th><td>", f);
-    page__quantity(f, g->rmse_before, unit, 3);
-    fputs("</td><td>", f);
-    page__quantity(f, g->rmse_after, unit, 3);
-    fputs("</td><td>", f);
-    page__quantity(f, g->noise, unit, 3);
-    fputs("</td><td>", f);
+    for (int i = 0; i < 3; i++) {
+        page__error(f, g, error[i]);
+        fputs("</td><td>", f);
+    }
     page__interval(f, g->ratio, g->lo, g->hi, "1");
     fputs("</td>", f);
     ratio_bar(f, g);
@@ -270,7 +275,7 @@ static void gain_rows(FILE *f, const lab_diagnosis *d, int by_phase)
 {
     for (int i = 0; i < d->ngain; i++) {
         if ((d->gains[i].phase != NULL) == by_phase) {
-            gain_row(f, &d->gains[i], d->gains[i].unit);
+            gain_row(f, &d->gains[i]);
         }
     }
 }
@@ -305,7 +310,7 @@ void page__gains(FILE *f, const lab_diagnosis *d)
         : d->nfile == 1 ? "; the record itself did"
                         : "; the same records did, in other pieces",
         gain_head);
-    gain_row(f, &d->gain, "1");
+    gain_row(f, &d->gain);
     gain_rows(f, d, 0);
     fputs("</table></div>\n", f);
     if (has_phases(d)) {
@@ -348,16 +353,34 @@ void page__audit(FILE *f, const lab_diagnosis *d)
     fputs("</section>\n", f);
 }
 
-static void parameter_row(FILE *f, const lab_fit_value *v)
+/* the change that a cause makes of a number, beside the refit; NULL: none does */
+static const lab_change *change_of(const lab_diagnosis *d, const char *name)
 {
+    for (int i = 0; i < d->ncause && i < d->nsuspect; i++) {
+        for (int k = 0; k < d->suspect[i].nchange; k++) {
+            if (strcmp(d->suspect[i].change[k].name, name) == 0) {
+                return &d->suspect[i].change[k];
+            }
+        }
+    }
+    return NULL;
+}
+
+static void parameter_row(FILE *f, const lab_diagnosis *d, const lab_fit_value *v)
+{
+    const lab_change *c = change_of(d, v->name);
     fputs("<tr><th scope=\"row\">", f);
     page__text(f, v->name);
     fputs("</th><td>", f);
     page__quantity(f, v->start, v->unit, 5);
     fputs("</td><td>", f);
-    page__interval(f, v->value, v->lo, v->hi, v->unit);
+    page__interval(f, c != NULL ? c->to : v->value, c != NULL ? c->lo : v->lo,
+                   c != NULL ? c->hi : v->hi, v->unit);
     fputs("</td><td>", f);
-    if (v->unseen) {
+    if (c != NULL) {
+        fputs("by the cause; without it ", f);
+        page__quantity(f, v->value, v->unit, 4);
+    } else if (v->unseen) {
         fputs("not seen by these records", f);
     } else if (isfinite(v->prior_sd) && v->prior_sd > 0.0) {
         double off = (v->value - v->start) / v->prior_sd;
@@ -377,7 +400,7 @@ void page__parameters(FILE *f, const lab_diagnosis *d)
               "\n<tr><td></td><th>file</th><th>fitted, 95&nbsp;%</th><th>moved</th></tr>\n",
               f);
         for (int i = 0; i < d->nvalue; i++) {
-            parameter_row(f, &d->value[i]);
+            parameter_row(f, d, &d->value[i]);
         }
         fputs("</table></div>\n", f);
         fputs("<p class=\"quiet\">From record to record:", f);

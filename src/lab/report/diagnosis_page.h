@@ -22,6 +22,9 @@ void page__words(FILE *f, const char *name);
 /** "quadratic drag of the hammer". */
 void page__cause(FILE *f, const lab_candidate *candidate);
 
+/** What a cause changes in the file (lab_change_text). @return 0: nothing */
+int page__change(FILE *f, const lab_suspect *cause);
+
 enum { PAGE_UNIT = 48 };
 /** A unit in a size that suits a typical value: shown = factor * SI. */
 typedef struct page__unit {
@@ -35,6 +38,8 @@ void page__unit_name(FILE *f, const char *name);
 void page__number(FILE *f, double value, int digits);
 /** The same with its unit. */
 void page__quantity(FILE *f, double value, const char *unit, int digits);
+/** An error of a channel, in the unit of the records where that is another one than of SI. */
+void page__error(FILE *f, const lab_gain *gain, double value);
 /** Value, interval and unit, rounded as the interval deserves. */
 void page__interval(FILE *f, double value, double lo, double hi, const char *unit);
 

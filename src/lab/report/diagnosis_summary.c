@@ -128,7 +128,12 @@ static void size_card(FILE *f, const lab_diagnosis *d)
         if (d->ncause > 1) {
             cause_line(f, s);
         }
-        for (int k = 0; k < s->nnumber; k++) {
+        if (s->nchange > 0) {
+            fputs("<p class=\"big\">", f);
+            page__change(f, s);
+            fputs("</p>\n", f);
+        }
+        for (int k = s->nchange > 0; k < s->nnumber; k++) {
             const lab_cause_number *n = &s->number[k];
             fputs(k == 0 ? "<p class=\"big\">" : "<p>", f);
             page__words(f, n->name);
@@ -200,20 +205,32 @@ static void gain_bars(FILE *f, const lab_diagnosis *d)
     page__svg_close(f);
 }
 
-/* one channel, in its unit */
+static void before_after(FILE *f, const lab_gain *g, int after, double factor, const char *unit)
+{
+    page__number(f, factor * g->rmse_before, 3);
+    if (after && isfinite(g->rmse_after)) {
+        fputs(" \xe2\x86\x92 ", f);
+        page__number(f, factor * g->rmse_after, 3);
+    }
+    fputs("&nbsp;", f);
+    page__unit_name(f, unit);
+}
+
+/* one channel, in the unit of the records and of SI */
 static void gain_line(FILE *f, const lab_gain *g, int after)
 {
     page__unit u = page__unit_for(g->unit, g->rmse_before);
     fputs("<p class=\"big\"><small>", f);
     page__words(f, g->channel);
     fputs("</small> ", f);
-    page__number(f, u.factor * g->rmse_before, 3);
-    if (after && isfinite(g->rmse_after)) {
-        fputs(" \xe2\x86\x92 ", f);
-        page__number(f, u.factor * g->rmse_after, 3);
+    if (g->written[0] != '\0') {
+        before_after(f, g, after, g->per_unit, g->written);
+        fputs(" <small>", f);
+        before_after(f, g, after, u.factor, u.name);
+        fputs("</small></p>\n", f);
+        return;
     }
-    fputs("&nbsp;", f);
-    page__unit_name(f, u.name);
+    before_after(f, g, after, u.factor, u.name);
     fputs("</p>\n", f);
 }
 

@@ -51,6 +51,21 @@ void page__cause(FILE *f, const lab_candidate *c)
     page__text(f, lab_candidate_scope(c, scope));
 }
 
+int page__change(FILE *f, const lab_suspect *s)
+{
+    char text[LAB_CHANGE_TEXT], *from = text;
+    lab_change_text(s, text);
+    for (char *power = strchr(from, '^'); power != NULL; power = strchr(from, '^')) {
+        *power++ = '\0';
+        size_t n = strspn(power, "-0123456789");
+        page__text(f, from);
+        fprintf(f, "<sup>%.*s</sup>", (int)n, power);
+        from = power + n;
+    }
+    page__text(f, from);
+    return s->nchange > 0;
+}
+
 /* ---- units ---- */
 
 /* can a prefix stand before it? "N m s/rad", "rad/s", but no power, which it would be part of, no
@@ -151,6 +166,17 @@ void page__quantity(FILE *f, double value, const char *unit, int digits)
         fputs("&nbsp;", f);
         page__unit_name(f, u.name);
     }
+}
+
+void page__error(FILE *f, const lab_gain *g, double value)
+{
+    if (g->written[0] == '\0' || !isfinite(value)) {
+        page__quantity(f, value, g->unit, 3);
+        return;
+    }
+    page__number(f, value * g->per_unit, 3);
+    fputs("&nbsp;", f);
+    page__unit_name(f, g->written);
 }
 
 void page__interval(FILE *f, double value, double lo, double hi, const char *unit)

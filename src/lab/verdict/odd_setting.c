@@ -14,6 +14,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "added_parts.h"
 #include "verdict.h"
 
 static const double secant = 1e-3;        /* amount of a column [limits] */
@@ -248,6 +249,7 @@ stein_status diag__take_odd_setting(const diag__problem *q, const diag__odd_sett
                                       .lo = s->amount - diag__interval * odd->sd * c.limit,
                                       .hi = s->amount + diag__interval * odd->sd * c.limit};
     snprintf(s->number[0].name, sizeof s->number[0].name, "%s", c.effect->size);
+    lab__note_changes(s, &c, q->model, NULL, 0);
     o->ncause++;
     o->nsuspect++;
     return STEIN_OK;

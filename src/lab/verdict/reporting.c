@@ -156,6 +156,16 @@ stein_status diag__compare(const diag__reported *before, const diag__reported *a
     return status;
 }
 
+/* the unit of a channel in the records */
+static void note_written(lab_gain *g, const lab_data *data)
+{
+    const lab_column *c = lab_data_column(data, g->channel);
+    if (c != NULL && c->written[0] != '\0') {
+        snprintf(g->written, sizeof g->written, "%s", c->written);
+        g->per_unit = 1.0 / c->factor;
+    }
+}
+
 stein_status diag__gain(lab_diagnosis *out, const diag__reported *before,
                         const diag__reported *after, const char *const *phase, stein_err *err)
 {
@@ -179,6 +189,7 @@ stein_status diag__gain(lab_diagnosis *out, const diag__reported *before,
                             .unit = m->channels[c].unit,
                             .phase = f < 0 ? NULL : diag__phase[f],
                             .noise = noise};
+            note_written(g, p->stroke[0].data);
             out->ngain += measure(before, after, phase, c, g->phase, g, err, &status) > 0;
         }
     }

@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "added_parts.h"
 #include "verdict.h"
 
 /* Half a 95 % interval [sd]. Where records scatter by themselves, how much they do is estimated
@@ -93,6 +94,18 @@ static void note_scope(const diag__row *row, lab_suspect *s)
     s->after_most = c->from > 0 && c->until == 0 ? c->from - 1 : 0;
 }
 
+/* "centre at rod and mass at bob": the other causes of the row */
+static void note_beside(const diag__row *row, int own, lab_suspect *s)
+{
+    for (int i = 0; i < row->h.n; i++) {
+        size_t n = strlen(s->fitted_beside);
+        if (i != own) {
+            snprintf(s->fitted_beside + n, sizeof s->fitted_beside - n, "%s%s at %s",
+                     n > 0 ? " and " : "", row->cause[i].effect->kind, row->cause[i].place);
+        }
+    }
+}
+
 /* cause i of a row: what it gains over the same row without it, or over no cause */
 static lab_suspect of_row(const diag__table *t, const diag__row *null, const diag__row *row, int i)
 {
@@ -108,6 +121,7 @@ static lab_suspect of_row(const diag__table *t, const diag__row *null, const dia
     s.possible = 1;
     note_numbers(row, i, s.gain, &s);
     note_scope(row, &s);
+    note_beside(row, i, &s);
     return s;
 }
 
@@ -358,6 +372,21 @@ static stein_status note_values(const diag__problem *q, const diag__row *row, la
     return STEIN_OK;
 }
 
+/* of causes with the refitted numbers, of rivals, which have others, with the file's */
+static void note_changes(const diag__problem *q, lab_diagnosis *o)
+{
+    for (int i = 0; i < o->ncause + o->nrival; i++) {
+        lab_suspect *s = &o->suspect[i];
+        for (int k = 0; k < q->n; k++) {
+            const lab_candidate *c = &q->candidate[k];
+            if (c->effect == s->candidate.effect && strcmp(c->place, s->candidate.place) == 0) {
+                lab__note_changes(s, c, q->model, o->value, i < o->ncause ? o->nvalue : 0);
+                break;
+            }
+        }
+    }
+}
+
 stein_status diag__results(diag__problem *q, const diag__table *t, const diag__judgement *j,
                            const diag__linear *l, const diag__setting *s, lab_diagnosis *o,
                            stein_err *err)
@@ -379,5 +408,9 @@ stein_status diag__results(diag__problem *q, const diag__table *t, const diag__j
         }
     }
     qsort(o->suspect + first, (size_t)(o->nsuspect - first), sizeof *o->suspect, by_gain);
-    return note_values(q, end, o, err);
+    stein_status status = note_values(q, end, o, err);
+    if (status == STEIN_OK) {
+        note_changes(q, o);
+    }
+    return status;
 }

@@ -470,10 +470,12 @@ class Diagnosis:
     def __repr__(self):
         lines = [f"{self.verdict}: {self.reason}"]
         for cause in self.causes:
+            name = f"cause: {cause['kind']} at {cause['place']}: "
+            rest = list(cause["parameters"].items())[1 if cause["change"] else 0:]
             numbers = (f"{n} = {p['value']:.6g} {p['unit']}"
                        + (f" (95 %: {p['lo']:.6g} .. {p['hi']:.6g})" if p["lo"] is not None else "")
-                       for n, p in cause["parameters"].items())
-            lines.append(f"cause: {cause['kind']} at {cause['place']}: {', '.join(numbers)}")
+                       for n, p in rest)
+            lines.append(name + ", ".join([cause["change"], *numbers] if cause["change"] else numbers))
         return "\n".join(lines)
 
     def _repr_html_(self):

@@ -553,6 +553,18 @@ START_TEST(the_first_screen_has_the_error_in_the_unit_of_the_channel)
     d->gains[0] = (lab_gain){
         .channel = "height", .unit = "m", .rmse_before = 3e-3, .rmse_after = 1.5e-3, .ratio = 0.5};
     page_has(d, has, NULL);
+    static const char *const degrees[] = {
+        "<small>height</small> 18.5 \xe2\x86\x92 0.148&nbsp;deg <small>323 \xe2\x86\x92 "
+        "2.58&nbsp;mrad",
+        "</small></th><td>18.5&nbsp;deg</td><td>0.148&nbsp;deg</td><td>0.145&nbsp;deg</td>", NULL};
+    d->gains[0] = (lab_gain){.channel = "height",
+                             .unit = "rad",
+                             .written = "deg",
+                             .per_unit = 57.29577951308232,
+                             .rmse_before = 0.323,
+                             .rmse_after = 2.58e-3,
+                             .noise = 2.53e-3};
+    page_has(d, degrees, NULL);
     d->verdict = LAB_VERDICT_EXPLAINED;
     d->ncause = d->nrival = 0;
     page_has(d, explained, "<h2>Largest departure</h2>");
@@ -590,6 +602,29 @@ START_TEST(refitted_numbers_show_their_change)
         d->finding[d->nfinding] = lab__text("finding %d", d->nfinding);
     }
     page_has(d, has, "finding 40<");
+    // one interval of the number that the cause moves, in every table
+    static const char *const moved[] = {
+        "<p class=\"big\">mass: 12.3 \xe2\x86\x92 15.0 g (95 %: 14.0 to 16.0), 22 % heavier</p>",
+        "</td><td>mass: 12.3 \xe2\x86\x92 15.0 g (95 %: 14.0 to 16.0), 22 % heavier<small>beside "
+        "preload at "
+        "b</small></td>",
+        "</td><td>15.0 <span class=\"ci\">[14.0 \xe2\x80\xa6 16.0]</span>&nbsp;g</td>"
+        "<td>by the cause; without it 12.10&nbsp;g</td>",
+        NULL};
+    lab_suspect *s = &d->suspect[0];
+    static const lab_effect mass = {.kind = "mass", .cls = "wrong_parameter", .size = "mass"};
+    s->candidate.effect = &mass;
+    snprintf(s->candidate.place, LAB_PLACE, "a");
+    snprintf(s->fitted_beside, sizeof s->fitted_beside, "preload at b");
+    s->nchange = 1;
+    s->change[0] = (lab_change){.name = "a.mass",
+                                .unit = "g",
+                                .factor = 1e-3,
+                                .from = 0.0123,
+                                .to = 0.015,
+                                .lo = 0.014,
+                                .hi = 0.016};
+    page_has(d, moved, "k = ");
     lab_diagnosis_destroy(d);
 }
 END_TEST
