@@ -162,7 +162,8 @@ static int respell(const char *from, const char *s, size_t n, char to[SPELLED])
     }
     to[used] = '\0';
     for (int i = 0; i < parts; i++) {
-        used += (size_t)snprintf(to + used, SPELLED - used, "%s%s", i > 0 ? between : "", part[i]->name);
+        used += (size_t)snprintf(to + used, SPELLED - used, "%s%s", i > 0 ? between : "",
+                                 part[i]->name);
         used = used < SPELLED ? used : SPELLED - 1;
     }
     for (const char *c = s + n; is_letter(*c) || is_digit(*c) || (*c && strchr("^/*-", *c)); c++) {
@@ -212,8 +213,8 @@ static void unknown_unit(const char *from, const char *s, size_t n, char why[MEC
     }
 }
 
-/** One factor "mm^2" at s of a unit from `from`, to the power sign. @return bytes used, -1 on error,
- *  0 when none is here */
+/** One factor "mm^2" at s of a unit from `from`, to the power sign. @return bytes used, -1 on
+ * error, 0 when none is here */
 static int factor_at(const char *from, const char *s, int sign, product *u, char why[MECH__WHY])
 {
     char better[SPELLED];
