@@ -82,12 +82,14 @@ stein_status lab__mixed_make(lab__mixed *m, int nstroke, int nf, int ncand, int 
     m->W = calloc(ns * nz * nz + 1, sizeof *m->W);
     m->A = calloc(nc * nc, sizeof *m->A);
     m->work = calloc(nz * nc + nc * nc + 1, sizeof *m->work);
+    m->solving = calloc(2 * nc * nc, sizeof *m->solving);
+    m->effects = calloc(nz + 1, sizeof *m->effects);
     m->pick = calloc(nc, sizeof *m->pick);
     m->flat = calloc((size_t)nf + 1, sizeof *m->flat);
     m->at = calloc((size_t)nf + 1, sizeof *m->at);
     m->zclass = calloc(nz + 1, sizeof *m->zclass);
     if (!m->Q || !m->QZ || !m->ZZ || !m->W || !m->A || !m->work || !m->pick || !m->flat || !m->at ||
-        !m->zclass) {
+        !m->zclass || !m->solving || !m->effects) {
         return lab__no_memory(err);
     }
     for (int k = 0; k < nf; k++) {
@@ -129,6 +131,8 @@ void lab__mixed_free(lab__mixed *m)
     free(m->W);
     free(m->A);
     free(m->work);
+    free(m->solving);
+    free(m->effects);
     free(m->pick);
     free(m->flat);
     free(m->at);
@@ -231,10 +235,7 @@ static double solve(const lab__mixed *m, const int *with, int nwith, double *bet
                     double *square)
 {
     int n = m->nf + nwith, nc = m->ncol;
-    double *S = malloc(sizeof *S * (size_t)(n * n + 1)), logdet = 0.0;
-    if (S == NULL) {
-        return INFINITY;
-    }
+    double *S = m->solving, logdet = 0.0;
     for (int i = 0; i < n; i++) {
         for (int k = 0; k < n; k++) {
             S[i * n + k] = m->A[col(m, with, i) * nc + col(m, with, k)];
@@ -253,7 +254,6 @@ static double solve(const lab__mixed *m, const int *with, int nwith, double *bet
     if (ok && cov != NULL) {
         memcpy(cov, S, sizeof *S * (size_t)(n * n));
     }
-    free(S);
     *square = ok ? objective : (double)INFINITY;
     return ok ? objective + m->logdet + logdet : INFINITY;
 }
@@ -296,10 +296,10 @@ double lab__mixed_scatter(lab__mixed *m, const int *with, int nwith, int rounds,
                           double *cov)
 {
     size_t nz = (size_t)m->nz;
-    double *u = calloc(nz + 1, sizeof *u);
+    double *u = m->effects;
     weigh_with(m, with, nwith);
     double objective = lab__mixed_solve(m, with, nwith, beta, cov);
-    for (int round = 0; u != NULL && round < rounds; round++) {
+    for (int round = 0; round < rounds; round++) {
         double sum[LAB_SCATTERS] = {0.0}, before = objective;
         double known[LAB_SCATTERS] = {0.0}; // how far the data tell, 0 .. 1 each
         for (int s = 0; s < m->nstroke; s++) {
@@ -323,7 +323,6 @@ double lab__mixed_scatter(lab__mixed *m, const int *with, int nwith, int rounds,
             break;
         }
     }
-    free(u);
     return objective;
 }
 
@@ -332,11 +331,8 @@ double lab__mixed_scatter(lab__mixed *m, const int *with, int nwith, int rounds,
 int lab__mixed_project(const lab__mixed *m, double *I, double *s, double *square)
 {
     int nf = m->nf, nc = m->nc, n = m->ncol;
-    double *S = malloc(sizeof *S * (size_t)(nf * nf + nf * n + 1)), logdet;
+    double *S = m->solving, logdet;
     double *T = S + nf * nf; // S^-1 F' V^-1 C
-    if (S == NULL) {
-        return 0;
-    }
     for (int i = 0; i < nf; i++) {
         for (int k = 0; k < nf; k++) {
             S[i * nf + k] = m->A[i * n + k] + (i == k ? (m->flat[i] ? 1e-9 : 1.0) : 0.0);
@@ -368,7 +364,6 @@ int lab__mixed_project(const lab__mixed *m, double *I, double *s, double *square
             }
         }
     }
-    free(S);
     return ok;
 }
 

@@ -31,8 +31,8 @@ typedef struct lab__mixed {
     double *A;           /* [ncol*ncol] sum C' V^-1 C, of the columns weighed last */
     double *W;           /* per stroke (D^-1 + Z'Z)^-1 */
     double logdet;       /* sum log |V| */
-    double *work;
-    int *pick; /* [ncol] the columns weighed last */
+    double *work, *solving, *effects; /* rooms: of weighing, [2*ncol*ncol] of solving, [nz] */
+    int *pick;                        /* [ncol] the columns weighed last */
 } lab__mixed;
 
 /** @param zclass [nz], flat [nf] (NULL: all have priors)  copied  @return OK, ENOMEM */
