@@ -180,10 +180,14 @@ for start in 15 5 30; do
         line = sprintf("%.3f;%.3f", $1, 57.29577951 * $2 + 0.15 * sqrt(-2 * log(1 - rand())) * cos(6.283185307 * rand()))
         gsub(/\./, ",", line); print line }' "$dir/run.csv" >"$dir/pin_$start.csv"
 done
+claim 0 "records in degrees" "$stein" check "$dir/pin.yaml" "$dir"/pin_*.csv
+shows "are audited in degrees" '^  angle: 1001 samples, -[0-9.]* deg \.\. [0-9.]* deg, noise 0\.[0-9]* deg '
+shows "what all have in common is told once" 'titles without a unit, read as time \[s\] (and in 2 records more)$'
 claim 0 "an inertia about the pin" "$stein" diagnose "$dir/pin.yaml" "$dir"/pin_*.csv -o "$dir/pin" --explain inertia@rod
 shows "the cause has the old and the new number" '^cause: inertia at rod: inertia.yy: 0\.052 -> 0\.00[34][0-9]* kg m^2 (95 %: .* times smaller$'
 shows "the error is in the unit of the records" '^held-out error: angle [0-9.]* -> 0\.1[0-9]* deg ([0-9]* -> 2\.[0-9]* mrad), '
 shows "a named cause is explained" '^explain: inertia at rod is in the verdict: .* a gain of [0-9.]*, where [0-9]* is enough'
+shows "so are its curves" 'angle \[deg\]' "$dir/pin/report.html"
 shows "the report has the new number" 'inertia.yy: 0\.052 → 0\.00[34][0-9]* kg m<sup>2</sup> (95 %: ' "$dir/pin/report.html"
 if [ "$(grep -c 'titles without a unit' "$dir/pin/report.html")" = 1 ]; then pass; else fail "titles without a unit are told once"; fi
 moved=$(sed -n 's/^#   rod.inertia.yy = \([0-9.]*\) .*without the cause inertia at rod.*/\1/p' "$dir/pin/extended.yaml")

@@ -271,6 +271,8 @@ typedef struct lab_gain {
 typedef struct lab_trace {
     int stroke, held_out;
     const char *file, *channel, *unit;
+    char written[LAB_UNIT]; /* as of lab_gain */
+    double per_unit;
     int n;
     double noise;
     double *t, *y, *before, *after; /* y NAN: no sample; after = before when nothing was found */

@@ -275,6 +275,16 @@ static void put(out *o, char *text)
     free(text);
 }
 
+/* a value of a column, in degrees where the file has them */
+static const char *in_file(char text[DATA_SHOWN], const lab_column *c, double value)
+{
+    if (c->written[0] == '\0') {
+        return data__quantity(text, value, c->unit);
+    }
+    snprintf(text, DATA_SHOWN, "%.4g %s", value / c->factor, c->written);
+    return text;
+}
+
 static void put_channel(out *o, const lab_column *c, const lab_channel_audit *ch)
 {
     static const char *const from[] = {"at rest", "in motion", "from the step", "unknown"};
@@ -291,10 +301,9 @@ static void put_channel(out *o, const lab_column *c, const lab_channel_audit *ch
         snprintf(lag, sizeof lag, ", correlation of neighbours %.2f", ch->correlation[0]);
     }
     put(o, lab__text("  %s: %d samples, %s .. %s, noise %s (%s%s), step %s", c->name, ch->samples,
-                     data__quantity(low, ch->low, c->unit), data__quantity(high, ch->high, c->unit),
-                     data__quantity(noise, ch->noise, c->unit),
-                     isnan(c->noise) ? from[ch->noise_from] : "given", lag,
-                     ch->step > 0.0 ? data__quantity(step, ch->step, c->unit) : "none"));
+                     in_file(low, c, ch->low), in_file(high, c, ch->high),
+                     in_file(noise, c, ch->noise), isnan(c->noise) ? from[ch->noise_from] : "given",
+                     lag, ch->step > 0.0 ? in_file(step, c, ch->step) : "none"));
 }
 
 static void put_rows(out *o, const lab_audit *a)

@@ -122,6 +122,17 @@ static void read_out(FILE *f, const void *ctx, int i)
     fprintf(f, " %s", r->u.name);
 }
 
+/* the unit of the records where it is another one than of SI */
+static page__unit unit_of(const lab_trace *t, double typical)
+{
+    page__unit u = {.factor = t->per_unit};
+    if (t->written[0] == '\0') {
+        return page__unit_for(t->unit, typical);
+    }
+    snprintf(u.name, sizeof u.name, "%s", t->written);
+    return u;
+}
+
 static void draw_channel(FILE *f, const lab_trace *t, double from, double to, int changed)
 {
     double lo = INFINITY, hi = -INFINITY;
@@ -130,7 +141,7 @@ static void draw_channel(FILE *f, const lab_trace *t, double from, double to, in
     double sx = time_unit(from, to, &unused);
     note(t->y, t->n, 1.0, &lo, &hi);
     note(t->before, t->n, 1.0, &lo, &hi);
-    page__unit u = page__unit_for(t->unit, fmax(fabs(lo), fabs(hi)));
+    page__unit u = unit_of(t, fmax(fabs(lo), fabs(hi)));
     page__plot p = plot_at(f, 36.0, 118.0);
     p.caption = 20.0;
     p.x0 = sx * from;
@@ -182,7 +193,7 @@ static void draw_residual(FILE *f, const lab_trace *t, double from, double to, i
         r[t->n + i] = t->y[i] - t->after[i];
         most = isfinite(r[i]) ? fmax(most, fabs(r[i])) : most;
     }
-    page__unit u = page__unit_for(t->unit, most);
+    page__unit u = unit_of(t, most);
     page__plot p = plot_at(f, 182.0, 92.0);
     p.x0 = sx * from;
     p.x1 = sx * to;

@@ -243,6 +243,11 @@ stein_status diag__trace(lab_trace **list, int *n, const fit__problem *p, int st
                                .unit = channel->unit,
                                .n = s->event[c].is ? s->event[c].n : s->n,
                                .noise = s->noise[c]};
+        const lab_column *column = lab_data_column(s->data, more[*n].channel);
+        if (column != NULL && column->written[0] != '\0') {
+            snprintf(more[*n].written, sizeof more[*n].written, "%s", column->written);
+            more[*n].per_unit = 1.0 / column->factor;
+        }
         status = fill_trace(&more[(*n)++], s, c, before, after, phase, err);
     }
     return status;
