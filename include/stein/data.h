@@ -222,6 +222,8 @@ typedef struct lab_audit {
 /** @return OK, ENOMEM */
 stein_status lab_audit_create(lab_audit **audit, const lab_data *data, stein_err *err);
 void lab_audit_destroy(lab_audit *audit);
+/** How many of n audits after audit `record` have a finding, too. @return -1: one before it has */
+int lab_audit_repeats(lab_audit *const *audit, int n, int record, const char *finding);
 /** The audit as lines of text. @return OK, ENOMEM */
 stein_status lab_audit_text(const lab_audit *audit, lab_report_fn *line, void *ctx, stein_err *err);
 

@@ -70,29 +70,16 @@ typedef struct lines {
     int record;
 } lines;
 
-static int finds(const lab_audit *a, const char *text)
-{
-    int k = 0;
-    while (k < a->nfinding && strcmp(a->finding[k], text) != 0) {
-        k++;
-    }
-    return k < a->nfinding;
-}
-
 /* a finding of several records is printed once, below the first of them */
 static void put_line(void *ctx, const char *line)
 {
     static const char mark[] = "  ! ";
     const lines *l = ctx;
     const char *text = strncmp(line, mark, strlen(mark)) == 0 ? line + strlen(mark) : NULL;
-    int before = 0, more = 0;
-    for (int i = 0; text != NULL && i < l->j->data->n; i++) {
-        before += i < l->record && finds(l->j->audit[i], text);
-        more += i > l->record && finds(l->j->audit[i], text);
-    }
-    if (before == 0 && more > 0) {
+    int more = text != NULL ? lab_audit_repeats(l->j->audit, l->j->data->n, l->record, text) : 0;
+    if (more > 0) {
         printf("%s (and in %d record%s more)\n", line, more, more == 1 ? "" : "s");
-    } else if (before == 0) {
+    } else if (more == 0) {
         printf("%s\n", line);
     }
 }

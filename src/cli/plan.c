@@ -75,8 +75,7 @@ static int name_width(const lab_plan *p, int shown)
 static void print_head(const lab_plan *p, int width)
 {
     printf("The first row separates them best. Needed: records (or checks) for odds of %.4g to 1 "
-           "in 9 of "
-           "10 cases. 2 ln odds: 9.2 is 100 to 1, 0 tells nothing.\n\n",
+           "in 9 of 10 cases. 2 ln odds: 9.2 is 100 to 1, 0 tells nothing.\n\n",
            p->wanted);
     print_name("", width);
     printf("%9s  %21s\n", "needed", "2 ln odds of one [1]");

@@ -96,7 +96,7 @@ static void look(stein_sim *sim, int i)
     note(sim, i, m.depth, guard_of(&sim->site[i], &m, is));
 }
 
-/* the same of a spot on a line without ends, whose depth is known */
+/* gap and guard of a spot on a line without ends, which follow from its depth */
 static void note_depth(stein_sim *sim, int i, double depth)
 {
     note(sim, i, depth, depth + sim->site[i].pair.normal[STEIN_NORMAL_RANGE]);

@@ -102,7 +102,7 @@ static int same_kind(const unit *a, const unit *b)
     return a->kg == b->kg && a->m == b->m && a->s == b->s && a->rad == b->rad;
 }
 
-/** The units whose names a word consists of: "N", "m", "s" of "Nms". The first one is as long as
+/** Splits a word into names of units: "Nms" into "N", "m", "s". The first one is as long as
  *  possible, the others are short, and no two of a kind are neighbours: "mNm" is mN m, "Nmm" is
  *  N mm. @return their number, 0: none */
 static int split_units(const char *s, size_t n, const unit *before, const unit *part[MAX_PARTS],

@@ -289,6 +289,25 @@ void lab_audit_destroy(lab_audit *a)
     }
 }
 
+static int finds(const lab_audit *a, const char *text)
+{
+    int k = 0;
+    while (k < a->nfinding && strcmp(a->finding[k], text) != 0) {
+        k++;
+    }
+    return k < a->nfinding;
+}
+
+int lab_audit_repeats(lab_audit *const *audit, int n, int record, const char *finding)
+{
+    int more = 0;
+    for (int i = 0; i < n && more >= 0; i++) {
+        int same = i != record && finds(audit[i], finding);
+        more = same && i < record ? -1 : more + same;
+    }
+    return more;
+}
+
 stein_status lab_audit_create(lab_audit **audit, const lab_data *data, stein_err *err)
 {
     size_t n = (size_t)data->nrow + 1;

@@ -15,8 +15,6 @@
 #include "reader.h"
 #include "added_parts.h"
 
-enum { OUTPUTS = 320 }; /* room for a list of them */
-
 /* a new copy of n bytes, NUL at the end; NULL without memory, which the problems record */
 static char *copy(data__reader *r, const char *s, size_t n)
 {
@@ -28,70 +26,6 @@ static char *copy(data__reader *r, const char *s, size_t n)
     memcpy(copy, s, n);
     copy[n] = '\0';
     return copy;
-}
-
-/* ---- names ---- */
-
-static char *suggestion(char *to, size_t room, const mech__nearest *near)
-{
-    snprintf(to, room, "%s%s%s", near->best != NULL ? ", did you mean \"" : "",
-             near->best != NULL ? near->best : "", near->best != NULL ? "\"?" : "");
-    return to;
-}
-
-static const char *near_param(char *to, size_t room, const stein_model *m, const char *name)
-{
-    mech__nearest near = {name, NULL, 0};
-    for (int i = 0; i < m->np; i++) {
-        mech__offer(&near, m->params[i].name);
-    }
-    return suggestion(to, room, &near);
-}
-
-char *data__near_channel(char *to, size_t room, const stein_model *m, const char *name)
-{
-    mech__nearest near = {name, NULL, 0};
-    for (int i = 1; i < m->nchannel; i++) { // 0 is the time
-        mech__offer(&near, m->channels[i].name);
-    }
-    for (int i = 0; i < m->ninput; i++) {
-        mech__offer(&near, m->inputs[i].name);
-    }
-    return suggestion(to, room, &near);
-}
-
-/* ", did you mean "N m"?" for a unit that is none */
-static void near_unit(char *to, size_t room, const char *unit, const char *wanted)
-{
-    char text[DATA_SHOWN + 4], why[MECH__WHY] = "", meant[DATA_SHOWN] = "";
-    const char *bad;
-    mech__quantity q;
-    int exp10;
-    double factor;
-    snprintf(text, sizeof text, "1 %s", unit);
-    mech__quantity_at(text, &q, why, &bad);
-    const char *hint = strstr(why, ", did you mean \"");
-    int is_unit = hint != NULL && sscanf(hint, ", did you mean \"%63[^\"]", meant) == 1 &&
-                  data__unit(meant, wanted, &exp10, &factor) == 0;
-    snprintf(to, room, "%s", is_unit ? hint : "");
-}
-
-/* "angle [rad], rate [rad/s]": the outputs of a model, without its time */
-static const char *list_outputs(char *to, size_t room, const stein_model *m)
-{
-    size_t n = 0;
-    *to = '\0';
-    for (int i = 1; i < m->nchannel && n < room; i++) {
-        if (n + MECH_PATH + MECH_UNIT + 8 > room) {
-            snprintf(to + n, room - n, ", ...");
-            break;
-        }
-        int bare = strcmp(m->channels[i].unit, "1") == 0;
-        n +=
-            (size_t)snprintf(to + n, room - n, "%s%s%s%s%s", i > 1 ? ", " : "", m->channels[i].name,
-                             bare ? "" : " [", bare ? "" : m->channels[i].unit, bare ? "" : "]");
-    }
-    return to;
 }
 
 /* ---- "#" lines ---- */
@@ -195,7 +129,8 @@ static void add_setting(data__reader *r, const char *name, const char *value, in
         int load = strncmp(name, "load.", 5) == 0 && r->model->load.body < 0;
         data__problem(&r->problems, 0, line, at_name, "\"%s\" sets no parameter of \"%s\"%s",
                       data__shown(shown, name, strlen(name)), r->model->name,
-                      load ? ", which has no load" : near_param(hint, sizeof hint, r->model, name));
+                      load ? ", which has no load"
+                           : data__near_param(hint, sizeof hint, r->model, name));
         return;
     }
     mech_parse_unit(unit, &dim, NULL);
@@ -347,7 +282,7 @@ static int fit_unit(data__reader *r, data__title *t, const char *wanted)
     if (wrong != 0) {
         char hint[MECH_PATH + 32] = "";
         if (wrong == 2) {
-            near_unit(hint, sizeof hint, t->unit, wanted);
+            data__near_unit(hint, sizeof hint, t->unit, wanted);
         }
         data__problem(
             &r->problems, 0, line, t->at, "\"%s\" is in [%s], expected [%s]%s%s", t->name, t->unit,
@@ -439,7 +374,7 @@ static void add_channel(data__reader *r, data__title *t)
     const stein_model *m = r->model;
     int input = stein_find_input(m, t->name);
     int channel = input < 0 ? stein_find_channel(m, t->name) : -1;
-    char hint[MECH_PATH + 32], has[OUTPUTS];
+    char hint[MECH_PATH + 32], has[DATA_OUTPUTS];
     if (input < 0 && channel < 0 && data__pass_over(r, t)) {
         return;
     }
@@ -448,7 +383,7 @@ static void add_channel(data__reader *r, data__title *t)
         data__problem(
             &r->problems, 0, r->header_line, t->at, "\"%s\" is no output or input of \"%s\"%s%s",
             t->name, m->name,
-            near ? hint : "; its outputs: ", near ? "" : list_outputs(has, sizeof has, m));
+            near ? hint : "; its outputs: ", near ? "" : data__list_outputs(has, sizeof has, m));
         return;
     }
     const char *wanted = input >= 0 ? m->inputs[input].unit : m->channels[channel].unit;
@@ -473,7 +408,7 @@ static void add_channel(data__reader *r, data__title *t)
 static int is_foreign(data__reader *r)
 {
     const stein_model *m = r->model;
-    char has[OUTPUTS];
+    char has[DATA_OUTPUTS];
     int known = 0, named = 0;
     int first = r->time_at == 0;
     for (int k = 0; k < r->ntitle; k++) {
@@ -487,7 +422,7 @@ static int is_foreign(data__reader *r)
     data__problem(&r->problems, 0, r->header_line, r->title[first].at,
                   "none of the %d columns from \"%s\" on is an output or input of \"%s\": a record "
                   "of another mechanism? expected some of %s",
-                  named, r->title[first].name, m->name, list_outputs(has, sizeof has, m));
+                  named, r->title[first].name, m->name, data__list_outputs(has, sizeof has, m));
     return 1;
 }
 

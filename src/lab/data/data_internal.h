@@ -125,6 +125,18 @@ const char *data__wanted_unit(const stein_model *m, const char *name);
  *  @return turns that were taken out */
 int data__unwrap(const stein_model *m, lab_column *c, double *value, int n);
 
+/* ---- data_names.c ---- */
+
+enum { DATA_OUTPUTS = 320 }; /* room for a list of them */
+/** ", did you mean ...?" with the nearest parameter, output or input of a model, or nothing.
+ *  @param to  [room] out, returned */
+const char *data__near_param(char *to, size_t room, const stein_model *m, const char *name);
+char *data__near_channel(char *to, size_t room, const stein_model *m, const char *name);
+/** The same for a word that is no unit, if a unit that can be converted into `wanted` is near. */
+void data__near_unit(char *to, size_t room, const char *unit, const char *wanted);
+/** "angle [rad], rate [rad/s]": the outputs of a model, without its time. */
+const char *data__list_outputs(char *to, size_t room, const stein_model *m);
+
 /* ---- data_header.c ---- */
 
 /** Has a stroke that sets it the last word about a number: of a channel's sensor, of the clock, the
@@ -152,9 +164,6 @@ stein_status data__open(lab_data **data, const char *file, const char *text,
                         const lab_data_options *options, double before, double total,
                         stein_err *err);
 
-/** ", did you mean ...?" with the nearest output or input of a model, or nothing.
- *  @param to  [room] out, returned */
-char *data__near_channel(char *to, size_t room, const stein_model *m, const char *name);
 /** Lines about a column: "# WORD NAME: VALUE". */
 enum { DATA_NOISE, DATA_SMOOTH, DATA_EVENTS, DATA_ABOUTS };
 extern const char *const data__about_word[DATA_ABOUTS];

@@ -80,16 +80,9 @@ static stein_status note_audit(diagnosis *d, lab_audit *const *list, int n, int 
                                const char *text, stein_err *err)
 {
     const char *file = list[record]->data->file;
-    int more = 0;
-    for (int i = 0; i < n; i++) {
-        int same = 0;
-        for (int k = 0; k < list[i]->nfinding; k++) {
-            same |= strcmp(list[i]->finding[k], text) == 0;
-        }
-        if (same && i < record) {
-            return STEIN_OK; // told with that one
-        }
-        more += same && i > record;
+    int more = lab_audit_repeats(list, n, record, text);
+    if (more < 0) {
+        return STEIN_OK; // told with an earlier one
     }
     return add_finding(d->out,
                        more > 0 ? lab__text("%s and %d more: %s", file, more, text)

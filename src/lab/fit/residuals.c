@@ -110,7 +110,7 @@ int fit__noise_given(const fit__problem *p)
     return 1;
 }
 
-/* an amount beyond that is a mistake */
+/* limits; an amount beyond that is a mistake (diag__largest in search/thresholds.h is the same) */
 static const double normal_to = 3.0;
 
 double fit__long_tail(double x)

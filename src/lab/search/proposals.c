@@ -51,7 +51,8 @@ int diag__is_thinkable(const diag__problem *q, const diag__proposal *p)
         }
         mistakes += c->number > 0.0 && fabs(p->amount[i]) > diag__largest;
     }
-    return mistakes <= (p->h.n <= 2) && diag__is_coherent(q, &p->h);
+    int most = p->h.n <= 2 ? 1 : 0;
+    return mistakes <= most && diag__is_coherent(q, &p->h);
 }
 
 static int by_expected(const void *a, const void *b)

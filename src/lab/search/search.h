@@ -455,8 +455,8 @@ stein_status diag__fit_again(diag__problem *q, diag__table *t, const diag__propo
 
 /** If the fit without a cause has lost long swings, the search begins with their first period and
  *  a half. What it finds is fitted over a horizon three times as long, where the search goes on.
- *  This is repeated up to the whole records. A pendulum whose frequency is 1 % wrong is half a
- *  period late after fifty periods; a fit to all of them at once adapts causes to that delay.
+ *  The horizon grows until the records are fitted whole. A pendulum whose frequency is 1 % wrong is
+ * half a period late after fifty periods; a fit to all of them at once adapts causes to that delay.
  *  Before the last horizon the noise is taken from the samples, not from the residuals: while the
  *  fit is poor, those are too large and hide what a cause explains.
  *  @return OK, ENOMEM */

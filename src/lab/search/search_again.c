@@ -34,8 +34,8 @@ static diag__hypothesis testable(const diag__problem *q, diag__hypothesis h)
     return h;
 }
 
-/* The best row of each number of causes. If `rivals`, also rows whose objective is nearly that of
- * the best one. @param rows  [CARRIED] out  @return how many */
+/* The best row with no cause, with one, two, three. If `rivals`, also rows whose objective is
+ * nearly that of the best one. @param rows  [CARRIED] out  @return how many */
 static int standing(const diag__problem *q, const diag__table *t, int rivals, int *rows)
 {
     const diag__row *best = diag__incumbent(q, t);
